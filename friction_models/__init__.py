@@ -13,13 +13,16 @@ if TYPE_CHECKING:
     from . import discovery as discovery
     from . import effects as effects
     from . import training as training
+    from .cards import Card as Card
+    from .cards import load_card as load_card
+    from .cards import load_cards as load_cards
+    from .cards import load_model as load_model
     from .common import InputError as InputError
     from .families.composed import ComposedFriction as ComposedFriction
     from .families.constant import ConstantFriction as ConstantFriction
     from .families.ffnn import FeedForwardFriction as FeedForwardFriction
     from .families.gradient_boosting import GradientBoostingFriction as GradientBoostingFriction
     from .families.linear import LinearFriction as LinearFriction
-    from .families.loading import load_model as load_model
     from .families.polynomial import PolynomialFriction as PolynomialFriction
     from .families.power_law import PowerLawFriction as PowerLawFriction
     from .families.registry import FAMILIES as FAMILIES
@@ -38,7 +41,8 @@ __getattr__, __all__ = lazily(
     {
         ".": ["discovery", "effects", "training"],
         ".common": ["InputError"],
-        ".families": ["FAMILIES", "ComposedFriction", "FrictionModel", "load_model", "make_model"],
+        ".cards": ["Card", "load_card", "load_cards", "load_model"],
+        ".families": ["FAMILIES", "ComposedFriction", "FrictionModel", "make_model"],
         ".families.constant": ["ConstantFriction"],
         ".families.ffnn": ["FeedForwardFriction"],
         ".families.gradient_boosting": ["GradientBoostingFriction"],

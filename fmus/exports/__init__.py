@@ -4,6 +4,12 @@
 ``c``       one header and one C99 source with the FMU's own formulas
 ``ufric``   user subroutine UFRIC of Marc / Simufact Forming: Fortran around that C
 ``vfric``   user subroutines VFRIC and VFRICTION of Abaqus/Explicit: Fortran around that C
+``deform``  user routines USRBCC and USRUPD of DEFORM-2D: Fortran around that C
+``lsdyna``  user friction USRFRC of LS-DYNA: Fortran around that C
+``qform``   user subroutine FrictionStress of QForm, in Lua
+``abaqus``  native table of *FRICTION of Abaqus, with the error that remains
+``radioss``  coefficients of the friction formulas of OpenRadioss, with the error that remains
+``calculix``  the one coefficient that CalculiX takes, with the error that remains
 ``table``   mu over a grid of loads, with its measured interpolation error
 ==========  ==============================================================================
 """
@@ -11,6 +17,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +29,15 @@ from ..interface.friction_source import FrictionSource
 if TYPE_CHECKING:
     from .common import Files
 
-TARGETS = ("c", "ufric", "vfric", "table")
+#: Targets around the C text, and those that a host takes as Lua or as numbers.
+C_TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna")
+OTHER_TARGETS = ("qform", "abaqus", "radioss", "calculix", "table")
+TARGETS = (*C_TARGETS, *OTHER_TARGETS)
+#: Options of the targets in C and Fortran, besides `name`.
+SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {
+    "deform": ("units",),
+    "lsdyna": ("units", "temperature", "thermal"),
+}
 
 __all__ = ["TARGETS", "export"]
 
@@ -36,8 +51,8 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
         What `fmus.source.reading.read_source` returns.
     path : path-like
         Folder to write; one written by an earlier export is replaced, any other that holds files is refused.
-    target : {"c", "ufric", "vfric", "table"}
-        See the module.
+    target : str
+        One of `TARGETS`; see the module.
     **options
         `name` (all targets but ``table``): first part of the C names, from the model's name by default.
         For ``table`` see `fmus.exports.table_target.table_files`.
@@ -72,23 +87,51 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     from .common import checked_options, write_folder
 
     check_folder(path, EXPORT)
-    if target == "table":
-        from .table_target import OPTIONS, table_files
-
-        return write_folder(path, target, table_files(source, **checked_options(target, options, OPTIONS)))
+    if target in OTHER_TARGETS:
+        files_of, allowed = _other(target)
+        return write_folder(path, target, files_of(source, **checked_options(target, options, allowed)))
+    own = SUBROUTINE_OPTIONS.get(target, ())
     return write_folder(
-        path, target, subroutine_files(source, target, **checked_options(target, options, ("name",)))
+        path, target, subroutine_files(source, target, **checked_options(target, options, ("name", *own)))
     )
 
 
-def subroutine_files(source: FrictionSource, target: str, name: str | None = None) -> Files:
+def _other(target: str) -> tuple[Callable[..., Files], tuple[str, ...]]:
+    """Return what makes the files of one of `OTHER_TARGETS`, and the options it takes."""
+    if target == "qform":
+        from .qform_target import OPTIONS as qform_options
+        from .qform_target import qform_files
+
+        return qform_files, qform_options
+    if target == "abaqus":
+        from .abaqus_target import OPTIONS as abaqus_options
+        from .abaqus_target import abaqus_files
+
+        return abaqus_files, abaqus_options
+    if target == "table":
+        from .table_target import OPTIONS as table_options
+        from .table_target import table_files
+
+        return table_files, table_options
+    from .fitted_target import OPTIONS as fitted_options
+    from .fitted_target import calculix_files, radioss_files
+
+    return radioss_files if target == "radioss" else calculix_files, fitted_options[target]
+
+
+def subroutine_files(
+    source: FrictionSource, target: str, name: str | None = None, **options: object
+) -> Files:
     """Return the files of an export in C, or in Fortran around it.
 
     Parameters
     ----------
-    target : {"c", "ufric", "vfric"}
+    target : str
+        One of `C_TARGETS`.
     name : str, optional
         First part of the C names.
+    **options
+        Those of `SUBROUTINE_OPTIONS`.
 
     Raises
     ------
@@ -110,15 +153,24 @@ def subroutine_files(source: FrictionSource, target: str, name: str | None = Non
     """
     from .c_target import c_files, c_sources, c_values
     from .common import c_prefix, documents, template
+    from .deform_target import deform_files
+    from .lsdyna_target import lsdyna_files
     from .ufric_target import ufric_files
     from .vfric_target import vfric_files
 
     prefix = c_prefix(source, name)
     values = c_values(source, prefix)
-    files_of = {"c": c_files, "ufric": ufric_files, "vfric": vfric_files}[target]
+    values["FORTRAN_MODEL"] = template("model.f", values)
+    makers: dict[str, Callable[..., Files]] = {
+        "c": c_files,
+        "ufric": ufric_files,
+        "vfric": vfric_files,
+        "deform": deform_files,
+        "lsdyna": lsdyna_files,
+    }
     return {
         **c_sources(source, prefix),
-        **files_of(source, prefix, values),
+        **makers[target](source, prefix, values, **options),
         "README.txt": template(f"readme_{target}.txt", values),
         **documents(source),
     }

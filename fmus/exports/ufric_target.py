@@ -58,6 +58,15 @@ def depends_on(source: FrictionSource) -> list[str]:
     return found
 
 
+def system_lines(source: FrictionSource) -> str:
+    """Return the Fortran statements that give the system variables their start values."""
+    lines = [
+        f"c     {one_line(f'{p.name} [{p.unit}]')[:60]}\n      values({i + 1}) = {fortran_number(p.start)}\n"
+        for i, p in enumerate(source.system)
+    ]
+    return "".join(lines) or "      values(1) = 0.0d0\n"
+
+
 def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str:
     """Return the calls of the self-test: node, increment, time, X(2), V(2), TEMP(1), F(1), expected mu.
 
@@ -97,14 +106,10 @@ def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str
 def ufric_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
     """Return what a UFRIC export has beside the files of `subroutine_files`."""
     depends = depends_on(source)
-    system = [
-        f"c     {one_line(f'{p.name} [{p.unit}]')[:60]}\n      values({i + 1}) = {fortran_number(p.start)}\n"
-        for i, p in enumerate(source.system)
-    ]
     values |= {
         "PSI_MATTERS": ".true." if "psi" in depends else ".false.",
         "DEPENDS": ", ".join(depends) or "none of the loads",
-        "SYSTEM_LINES": "".join(system) or "      values(1) = 0.0d0\n",
+        "SYSTEM_LINES": system_lines(source),
     }
     return {
         "ufric.f": template("ufric.f", values),

@@ -19,7 +19,7 @@ def read_source(
     Parameters
     ----------
     model : FrictionModel, path-like, FrictionSource
-        A model, a folder it was saved to, or an ONNX file; a source is returned as it is.
+        A model, a card (``card:NAME``), a folder it was saved to, or an ONNX file; a source is returned as it is.
     spec : path-like, optional
         YAML for a user's own ONNX file; see `fmus.user_onnx.spec.Spec`.
     target : str
@@ -48,6 +48,10 @@ def read_source(
                 f"{model.where}: the graph runs in Python only; allowed: target 'python', not {target!r}"
             )
         return model
+    if isinstance(model, str) and model.startswith("card:"):
+        from friction_models.cards import load_card
+
+        model = load_card(model).model()
     if isinstance(model, str | os.PathLike):
         path = Path(model)
         if path.is_dir():

@@ -49,11 +49,11 @@ def pack(
     Parameters
     ----------
     model : FrictionModel, path-like, FrictionSource
-        A model, a folder it was saved to, or an ONNX file, also one from elsewhere; or what `read_source`
+        A model, a card (``card:NAME``), a folder a model was saved to, or an ONNX file, also one from elsewhere; or what `read_source`
         made of one.
     path : path-like
         The FMU to write (``.fmu``); the folder to write for the other targets.
-    target : {"native", "python", "c", "ufric", "vfric", "table"}
+    target : str
         `native`: C generated from the ONNX graph, needs nothing to run. `python`: ONNX Runtime in
         the Python interpreter of the simulator. The others: see `fmus.exports`.
     nodes : int

@@ -9,6 +9,7 @@ from ..common.plugins import offered
 from ..models.base import FrictionModel
 from .constant import ConstantFriction
 from .ffnn import FeedForwardFriction
+from .formula import FormulaFriction
 from .gradient_boosting import GradientBoostingFriction
 from .linear import LinearFriction
 from .polynomial import PolynomialFriction
@@ -64,6 +65,10 @@ def model_class(family: str) -> type[FrictionModel]:
     >>> model_class("power_law").__name__
     'PowerLawFriction'
     """
+    if (
+        family == FormulaFriction.family
+    ):  # no family to be trained by name: without a formula there is nothing to fit
+        return FormulaFriction
     if family not in FAMILIES:
         raise unknown_name("model", family, FAMILIES)
     return FAMILIES[family]

@@ -9,6 +9,7 @@ import typer
 
 from .commands import (
     attributing,
+    cards,
     comparing,
     covering,
     discovering,
@@ -59,6 +60,7 @@ for module in (
     showing,
     measuring,
     modelling,
+    cards,
     fmus,
     simulating,
     predicting_sct,

@@ -10,6 +10,7 @@ from typing import TypedDict
 import fmus
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.friction_names import FrictionNames
+from friction_models.cards import is_card
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU
 
@@ -47,7 +48,7 @@ def swap_model(
     component : str
         Its name; one that takes loads and gives mu may get any friction model, any other one another FMU.
     model : path-like
-        An FMU, a model folder, an ONNX file, or a number for constant mu; all but FMUs are packed.
+        An FMU, a model folder, an ONNX file, a card (``card:NAME``), or a number for constant mu; all but FMUs are packed.
     names : FrictionNames, optional
         What the variables of a friction FMU that others made are called; the connections are made to fit.
     packed : Path, optional
@@ -72,7 +73,7 @@ def swap_model(
 
 
 def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
-    """Return the friction FMU of a model folder, an ONNX file or a number; an FMU is taken as it is.
+    """Return the friction FMU of a model folder, an ONNX file, a card or a number; an FMU is taken as it is.
 
     Without a number of nodes it is one of FMI 3.0, whose arrays become as long as what feeds them.
 
@@ -84,6 +85,8 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
     friction_models.common.errors.InputError: no-such.fmu: no such FMU
     """
     size: _Size = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
+    if is_card(model):
+        return fmus.pack(model, target, **size)
     if Path(model).suffix == ".fmu":
         describe(model)
         return Path(model)
@@ -199,8 +202,8 @@ def _check(description: object, variable: str, causality: str, names: FrictionNa
 
 
 def _is_packed(text: str) -> bool:
-    """Whether a model is none that runs as it is: a number, a model folder or an ONNX file."""
-    if Path(text).suffix == ".onnx" or Path(text).is_dir():
+    """Whether a model is none that runs as it is: a number, a card, a model folder or an ONNX file."""
+    if is_card(text) or Path(text).suffix == ".onnx" or Path(text).is_dir():
         return True
     try:
         float(text)

@@ -42,6 +42,7 @@ PAGES = {
     "diagnosis": PageKind("what a model is missing", "diagnosis_page:diagnosis_page"),
     "refinement": PageKind("a model before and after", "refinement_page:refinement_page"),
     "comparison": PageKind("models beside each other", "comparison_page:comparison_page"),
+    "cards": PageKind("friction cards", "card_page:card_page"),
     "story": PageKind("the story of a project", "story_page:story_page"),
     "coverage": PageKind("loads that were never tested", "coverage_page:coverage_page"),
     "attribution": PageKind("causes of a deviation", "attribution_page:attribution_page"),

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from sklearn.base import clone
 
 from friction_models import OnnxModel, TriboLoads, load_model
+from friction_models.families.formula import FormulaFriction
 from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.base import FrictionModel
@@ -33,7 +34,15 @@ BEYOND = np.abs(anywhere(200, seed=4)) * np.array([20.0, 3.0, 10.0, 50.0, 10.0])
 COMPOSED = ("linear + stribeck", "linear + work_exhaustion")
 
 
+#: A law of a card, whose constants a fit adapts.
+FORMULA = FormulaFriction(
+    "a + b*T/100 + c*log(1 + v_rel) + d*exp(-sigma_n/1000) + e*sd*psi", dict.fromkeys("abcde", 0.01)
+)
+
+
 def fresh(name: str) -> FrictionModel:
+    if name == FORMULA.family:
+        return clone(FORMULA)
     family, *effects = name.split(" + ")
     model = make_model(family, **SMALL.get(family, {}))
     for effect in effects:
@@ -41,7 +50,7 @@ def fresh(name: str) -> FrictionModel:
     return model
 
 
-@pytest.fixture(scope="module", params=[*sorted(FAMILIES), *COMPOSED])
+@pytest.fixture(scope="module", params=[*sorted(FAMILIES), *COMPOSED, FORMULA.family])
 def model(request: pytest.FixtureRequest) -> FrictionModel:
     return fresh(request.param).fit_frame(FRAME)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmus.exports import export
+from fmus.exports import TARGETS, export
 from fmus.exports.table_target import tabulate
 from fmus.runtime.running import RunningFmu
 from fmus.source.reading import read_source
@@ -160,7 +160,7 @@ def test_a_graph_without_domain_extrapolates_and_needs_limits_for_a_table(tmp_pa
     np.testing.assert_allclose(table.mu, [[0.148, 0.158], [0.13, 0.14]], rtol=1e-12)
 
 
-@pytest.mark.parametrize("target", ["c", "ufric", "vfric", "table"])
+@pytest.mark.parametrize("target", TARGETS)
 def test_folder_is_complete_reproducible_and_replaces_its_own_kind_only(target: str, tmp_path: Path) -> None:
     source = made("polynomial").source
     first = export(source, tmp_path / "a", target)

@@ -33,7 +33,7 @@ def pack(
     model: Annotated[
         str,
         typer.Argument(
-            help="Model folder, .onnx file, a number for constant mu, or `forming` or `twin` for the solvers.",
+            help="Model folder, .onnx file, card:NAME, a number for constant mu, or `forming` or `twin` for the solvers.",
             metavar="MODEL",
         ),
         Reads(),
@@ -47,7 +47,8 @@ def pack(
         str | None,
         typer.Option(
             help="native (C, needs nothing; default) or python (ONNX Runtime). Exports for codes without FMUs: "
-            "c, ufric (Marc, Simufact), vfric (Abaqus), table. Of the solvers: python (default) or process."
+            "c, ufric (Marc, Simufact), vfric and abaqus (Abaqus: code, table), deform, lsdyna, qform, radioss, calculix, "
+            "table. Of the solvers: python (default) or process."
         ),
     ] = None,
     fmi: Annotated[str, typer.Option(help="FMI version, 2 or 3.")] = "2.0",
@@ -128,9 +129,11 @@ def pack(
     say(f"written: {path}")
     if source.note:
         say(source.note)
-    if chosen == "table":
-        table = json.loads((path / "table.json").read_text(encoding="utf-8"))
-        say("\n".join([table["summary"], *table["held"]]))
+    # What a host that takes numbers cannot follow, and the error that remains.
+    for report in (path / "table.json", path / "fit.json"):
+        if path.is_dir() and report.is_file():
+            told = json.loads(report.read_text(encoding="utf-8"))
+            say("\n".join([told["summary"], *told["held"]]))
 
 
 @app.command(epilog="Example: tribofmu check friction.fmu")
@@ -165,15 +168,19 @@ def export(
 
 
 def _source(model: str) -> object:
-    """What `fmus.pack` takes: a model for a number, otherwise the path."""
+    """What `fmus.pack` takes: a model for a number, otherwise the path or the name of a card."""
+    from friction_models.cards import is_card
+
     number = as_number(model)
     if number is not None:
         from friction_models import ConstantFriction
 
         return ConstantFriction(number)
+    if is_card(model):
+        return model
     path = Path(model)
     if not path.exists():
         raise InputError(
-            f"{model}: no such model; allowed: a model folder, an .onnx file, a number, 'forming' or 'twin'"
+            f"{model}: no such model; allowed: a model folder, an .onnx file, card:NAME, a number, 'forming' or 'twin'"
         )
     return path

@@ -26,7 +26,9 @@ from ..common.options import (
 )
 
 if TYPE_CHECKING:
+    from friction_models.cards import Card
     from friction_models.loads import DataSet
+    from friction_models.training import Evaluation
 
 app = Commands(rich_markup_mode="rich")
 
@@ -75,6 +77,17 @@ def train(
         float, typer.Option(help="Share of the points of new tests that the prediction interval is to hold.")
     ] = 0.95,
     load_uncertainty: HonourLoads = True,
+    card: Annotated[
+        str | None,
+        typer.Option("--from", help="Card as prior knowledge for few tests: card:NAME."),
+    ] = None,
+    prior_tests: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            help="How many tests the card weighs as much as (default: from its uncertainty and the scatter of yours).",
+        ),
+    ] = None,
 ) -> None:
     """Train a friction model on the tests of the role `train` and save it with its model card."""
     model = named_model(family, parameters or [])
@@ -89,8 +102,17 @@ def train(
     from friction_models.training import train as fit
 
     check_level(level)
-    result = fit(model, dataset)
-    said = add_interval(model, dataset, level) if interval else ""
+    if card is None and prior_tests is not None:
+        raise InputError("--prior-tests: weighs a card; allowed: with --from card:NAME")
+    if card is not None:
+        from friction_models.cards import load_card
+
+        # Copies that are fitted without a test would be fitted without the card, too: no interval.
+        result, weight = _from_card(model, dataset, load_card(card), prior_tests)
+        said = f"prior: card {load_card(card).name}, as much as {weight:.3g} tests; no prediction interval with a prior\n"
+    else:
+        result = fit(model, dataset)
+        said = add_interval(model, dataset, level) if interval else ""
     model.save(out)
     say(result.report())
     facts = model.card["data"]
@@ -102,6 +124,20 @@ def train(
     if tied:
         note(tied)
     say(f"model written: {out}")
+
+
+def _from_card(model: Any, dataset: DataSet, card: Card, tests: float | None) -> tuple[Evaluation, float]:
+    """Fit with a card as prior and measure as `friction_models.training.train` does."""
+    from friction_models.cards import fit_from_card
+    from friction_models.training import evaluate as measure
+
+    chosen = dataset.select("train")
+    loads = chosen.loads()
+    weight = fit_from_card(model, card, loads, chosen.points["mu"].to_numpy(float), loads.test_id, tests)
+    evaluation = measure(model, dataset)
+    for role, measures in evaluation.roles.items():
+        model.record_errors(role, measures)
+    return evaluation, weight
 
 
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:

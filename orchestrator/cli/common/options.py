@@ -80,7 +80,9 @@ Isolate = Annotated[
     ),
 ]
 FittedModel = Annotated[
-    str, typer.Argument(help="Model folder, .fmu or .onnx file, or a number for constant mu."), Reads()
+    str,
+    typer.Argument(help="Model folder, .fmu or .onnx file, card:NAME, or a number for constant mu."),
+    Reads(),
 ]
 Jobs = Annotated[
     int | None, typer.Option("--jobs", "-j", min=1, help="Processes to use (default: all cores).")
@@ -141,7 +143,11 @@ def given_names(models: Sequence[str], names: Path | None) -> GivenNames:
 
 
 def any_model(name: str, names: GivenNames | None = None) -> Any:
-    """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a number (constant mu) or a family."""
+    """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a card, a number (constant mu) or a family."""
+    from friction_models.cards import is_card, load_card
+
+    if is_card(name):
+        return load_card(name).model()
     path = Path(name)
     if path.suffix == ".fmu":
         from fmus.runtime.foreign_friction import GivenNames
@@ -165,7 +171,7 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
         return ConstantFriction(number)
     if "/" in name or "\\" in name or path.suffix:
         raise InputError(
-            f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file, a number or a model family{_near(path)}"
+            f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file, card:NAME, a number or a model family{_near(path)}"
         )
     return named_model(name)
 

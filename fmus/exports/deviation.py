@@ -1,0 +1,120 @@
+"""How far a host that takes numbers, not code, stays from the model: at 10 000 points of the trained domain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_models.loads import LOAD_NAMES, QUANTITIES, FloatArray
+
+from ..interface.friction_source import FrictionSource
+from .common import Reference, test_box
+
+POINTS = 10_000
+#: Steps in which the memory of a point is brought to its sliding distance.
+_STEPS = 10
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Largest and root-mean-square difference between what a host uses and the model.
+
+    Attributes
+    ----------
+    largest, rms : float
+    at : dict of str to float
+        The loads where it is largest.
+    mu : float
+        The model's coefficient there.
+
+    Examples
+    --------
+    >>> print(Deviation(0.02, 0.01, {"v_rel": 5.0, "T": 20.0}, 0.1).text())
+    0.02 (root mean square 0.01) at 10000 points of the domain; largest at v_rel = 5 mm/s, T = 20 degC, where the model has mu = 0.1
+    """
+
+    largest: float
+    rms: float
+    at: dict[str, float]
+    mu: float
+
+    def text(self) -> str:
+        """Return the deviation as a phrase."""
+        place = ", ".join(f"{n} = {with_unit(n, x)}" for n, x in self.at.items())
+        return (
+            f"{self.largest:.3g} (root mean square {self.rms:.3g}) at {POINTS} points of the domain; largest at {place}, "
+            f"where the model has mu = {self.mu:.4g}"
+        )
+
+    def report(self) -> dict[str, object]:
+        """Return what stands in an export's JSON file."""
+        return {
+            "points": POINTS,
+            "largest deviation": self.largest,
+            "root mean square deviation": self.rms,
+            "largest at": self.at,
+            "mu of the model there": self.mu,
+        }
+
+
+def with_unit(name: str, value: float) -> str:
+    """Return a load with its unit.
+
+    Examples
+    --------
+    >>> with_unit("T", 80.0), with_unit("psi", 1.25)
+    ('80 degC', '1.25')
+    """
+    unit = QUANTITIES[name].unit
+    return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+
+
+def domain_points(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
+    """Return loads over the trained domain, shape (n, 5), and mu of the model there, shape (n,).
+
+    A model with memory is asked after each point has slid its distance `sd` at its own constant loads.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> loads, mu = domain_points(read_source(ConstantFriction(mu=0.1)))
+    >>> loads.shape, float(mu.max())
+    ((10000, 5), 0.1)
+    """
+    reference = Reference(source)
+    points = np.random.default_rng(40).uniform(*test_box(source), size=(POINTS, len(LOAD_NAMES)))
+    if not source.states:
+        return points, reference.mu(points)
+    v, sd = points[:, 0], points[:, 3]
+    dt = sd / np.maximum(v, 1e-3) / _STEPS
+    mu = np.empty(POINTS)
+    # The length of a step is one number a call: points of about the same length go together.
+    for part in np.array_split(np.argsort(dt), 200):
+        state = reference.model.start_state(len(part))
+        for k in range(_STEPS):
+            at = points[part].copy()
+            at[:, 3] = sd[part] * (k + 1) / _STEPS
+            state = reference.step(at, state, float(dt[part].mean()))
+        mu[part] = reference.mu(points[part], state)
+    return points, mu
+
+
+def deviation(source: FrictionSource, host: Callable[[FloatArray], FloatArray]) -> Deviation:
+    """Return how far `host`, mu at loads of shape (n, 5), stays from the model.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> found = deviation(read_source(ConstantFriction(mu=0.1)), lambda loads: 0.12 + 0.0 * loads[:, 0])
+    >>> round(found.largest, 12)
+    0.02
+    """
+    points, mu = domain_points(source)
+    off = np.abs(host(points) - mu)
+    k = int(np.argmax(off))
+    place = {n: float(x) for n, x in zip(LOAD_NAMES, points[k])}
+    return Deviation(float(off[k]), float(np.sqrt((off**2).mean())), place, float(mu[k]))
