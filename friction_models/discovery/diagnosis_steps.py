@@ -325,6 +325,10 @@ def _further_effects(
     size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)
     kept = []
     for more in again.ranking:
+        if (
+            more.name in again.by_parts
+        ):  # curves along its loads show as much: the plan does not excite what it is about
+            continue
         own = weighted_rms(again.change(more), campaign.count) ** 2
         large = own > share * (size + own) and _share(campaign, again, more) > LEAST_SHARE
         if large and again.p_value(more) < level:

@@ -29,9 +29,9 @@ NOT_THE_ANSWER = 0.4
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
 CLEAR = 0.01
-#: Chance beats all of its simulations less often than this. What is less clear must take this share of the squared error on
-#: unseen tests: effects that are both small and hardly significant are mostly chance.
-BEYOND_CHANCE, WEAK_SHARE = 0.003, 0.3
+#: What is less clear must take this share of the squared error on unseen tests: effects that are both small and hardly
+#: significant are mostly chance.
+WEAK_SHARE = 0.3
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
 #: by this share.
 MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
@@ -203,9 +203,7 @@ class Confirm:
         before = self.unseen.errors(_effects(kept))
         after = self.unseen.errors(_effects([*kept, fit]))
         p = self.found.p_value(fit)
-        weak = (
-            not kept and p > BEYOND_CHANCE and lead(before.total, after.total)[0] < WEAK_SHARE * before.rms**2
-        )
+        weak = not kept and p >= CLEAR and lead(before.total, after.total)[0] < WEAK_SHARE * before.rms**2
         return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
 
     def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> tuple[str, ...]:
