@@ -102,6 +102,8 @@ class StepControl:
     smallest: float = 0.1 / 256.0
     #: Largest sliding of a contact node in one increment.
     slip: float = 0.2
+    #: Sliding in the increment with which a node arrives at the end of a rounding of a tool [mm]; 0: as it comes.
+    arrival: float = 0.0
     #: Share of the largest increment allowed after a remeshing.
     after_remesh: float = 0.3
     #: Largest change of the force in one increment [N]; larger ones are repeated in halves.
