@@ -11,7 +11,7 @@ from .mesh.shape import FloatArray, IntArray, surface_weights
 # whole area of the node, of which only a share faces the tool.
 PRESSURE, SHEAR, SLIP, GAP, NORMAL_R, NORMAL_Z, FACING = range(7)
 #: A node overlapping by more than this joins the contact at once; others wait until the step has settled [mm].
-DEEP = 0.02
+DEEP = 0.005
 #: Overlap at which a node joins, and tension (as a gap) at which it leaves, once the step has settled [mm].
 JOIN, LEAVE = 1e-4, 2.5e-4
 #: A node that has left so often in an increment joins again only when it overlaps deeply: one that cannot settle

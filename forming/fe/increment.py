@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .arrival import let_go
 from .body import Body, nodal_shear_yield
 from .contact import FACING, PRESSURE, add_blocks, add_contacts, facing_shares, hold_fixed, start_active
 from .element import MODULI, add_stiffness, internal_forces
@@ -140,6 +141,7 @@ def solve_increment(
             attempt.separation,
             active[k],
         )
+        #let_go(body.x, du, chain, tool.segments, tool.offset, travel[k], active[k])
     most_shear = settings.shear_cap * shear_yield * tables[:, :, FACING]
     slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
     forces = np.zeros((n_tools, 2))
