@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrival import let_go
 from .body import Body, nodal_shear_yield
 from .contact import FACING, PRESSURE, add_blocks, add_contacts, facing_shares, hold_fixed, start_active
 from .element import MODULI, add_stiffness, internal_forces
@@ -21,6 +20,10 @@ HOLD_LIMITS = 6
 #: The factors of the last tangent serve again below this residual, as long as it falls by at least this factor, or by as much as
 #: is left to do.
 REUSE, SLOWEST = 1e-2, 0.3
+#: How much stiffer than consistent the tangent is in the first iteration, and where the residual hardly falls. An element that
+#: unloads is elastic; with the soft tangent of its plastic flow before, the iteration leaps to flow in the other direction, and
+#: back again.
+FIRST_STIFFER, STALLED_STIFFER = 0.3, 0.6
 
 
 @dataclass(frozen=True)
@@ -141,7 +144,6 @@ def solve_increment(
             attempt.separation,
             active[k],
         )
-        #let_go(body.x, du, chain, tool.segments, tool.offset, travel[k], active[k])
     most_shear = settings.shear_cap * shear_yield * tables[:, :, FACING]
     slip_scale = settings.slip_regularisation * max(tool.speed for tool in tools)
     forces = np.zeros((n_tools, 2))
@@ -149,11 +151,11 @@ def solve_increment(
     correction: FloatArray | None = None
     halvings = rounds = 0
     changed_before = pulled = reused = factorised = False
-    secant = 1.0
+    secant, stiffer = 1.0, FIRST_STIFFER
     blocks = np.empty((n_s, 4))
 
     def tangent(band: FloatArray, skew: FloatArray) -> None:
-        add_stiffness(body.x, du, body.quads, space.moduli, material, band)
+        add_stiffness(body.x, du, body.quads, space.moduli, material, stiffer, band)
         add_blocks(chain, blocks, band, skew)
         hold_fixed(band, skew, space.fixed)
 
@@ -227,6 +229,7 @@ def solve_increment(
             return Step(
                 du, stress, strain, work, list(tables), forces, weights, shear_yield, iteration, residual_norm
             )
+        stalls = residual_norm > 0.5 * previous_norm and not may_change
         worse = residual_norm > (1.0 - 0.1 * 0.5**halvings) * previous_norm
         if (
             correction is not None
@@ -249,6 +252,8 @@ def solve_increment(
             and changes == 0
             and secant == secant_before
         )
+        if iteration > 0:
+            stiffer = STALLED_STIFFER if stalls else 0.0
         previous_norm, halvings, changed_before = residual_norm, 0, may_change
         if not reused:
             factorised = space.solver.factorise(tangent)

@@ -10,7 +10,7 @@ from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf, dpbtrs
 from .mesh.shape import FloatArray
 
 #: The iteration ends when what is left is this share of the right-hand side, or after so many rounds.
-ACCURACY, ROUNDS = 2e-2, 10
+ACCURACY, ROUNDS = 5e-2, 10
 
 
 class LinearSolver:

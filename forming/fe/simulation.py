@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_models.common.one_blas_thread import one_blas_thread
 
-from .arrival import until_arrival
+from .arrival import cut_at_arrival
 from .body import Body, WorkpieceMaterial
 from .contact import SHEAR, SLIP
 from .heat_exchange import HeatExchange, exchange_heat
@@ -26,8 +26,6 @@ from .tooling import Tool
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.
 EXPANSION_RELAXATION = 0.3
-#: A node this near to the end of a rounding, as a share of `StepControl.arrival`, has arrived.
-ARRIVED = 0.25
 #: Steepest rise of the force that the spring of punch and press foresees [N/mm].
 STEEPEST = 3e6
 
@@ -124,7 +122,10 @@ class Simulation:
             if limit is not None:
                 dt = min(dt, limit(self) / self.speed)
             remaining = (stroke - state.stroke) / self.speed
-            dt = self._until_arrival(remaining / max(1, int(np.ceil(remaining / dt - 1e-6))))
+            dt = remaining / max(1, int(np.ceil(remaining / dt - 1e-6)))
+            if self.control.arrival > 0.0:
+                body = state.body
+                dt = cut_at_arrival(body.x, body.velocity, body.chain, state.tools, self.control.arrival, dt)
             try:
                 step = self._increment(dt)
             except (ArithmeticError, ValueError, IndexError) as error:
@@ -140,17 +141,6 @@ class Simulation:
             if done:
                 break
         return state.status == "ok"
-
-    def _until_arrival(self, dt: float) -> float:
-        """Return an increment that ends where a node arrives at the end of a rounding, or shortly ahead; `dt` if none does."""
-        body, short = self.state.body, self.control.arrival
-        if short <= 0.0:
-            return dt
-        sliding = max(float(np.hypot(*body.velocity[body.chain].T).max()), 1e-12)
-        until = until_arrival(body.x, body.velocity, body.chain, self.state.tools, ARRIVED * short)
-        if until > dt:
-            return dt
-        return until if until < 1.5 * short / sliding else until - short / sliding
 
     def _stop(self, reason: str) -> None:
         """End the run, keeping what it has."""

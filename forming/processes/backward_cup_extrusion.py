@@ -24,6 +24,8 @@ from .thermal_conditions import TOOLS, ThermalConditions
 FINE_RADIUS, FINE_WALL, ROUNDED, FINEST = 0.28, 0.3, 0.7, 0.3
 #: Elements of the container's heat field at its bore, as a share of `mesh_size`.
 BORE = 1.5
+#: Largest sliding in one increment, in elements.
+SLIDING = 0.62
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,7 @@ class BackwardCupExtrusion(Extrusion):
         corners = np.cumsum([0.0, radius, height, radius])
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
-        control = StepControl(slip=0.5 * finest)
+        control = StepControl(slip=SLIDING * finest)
         simulation = Simulation(
             body,
             tools,
