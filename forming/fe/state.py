@@ -116,7 +116,7 @@ class StepControl:
 class RemeshPolicy:
     """When to remesh: after so many increments, at this element quality, at this plastic strain since."""
 
-    every: int = 10
+    every: int = 14
     quality: float = 0.3
     strain: float = 0.4
 
