@@ -119,12 +119,13 @@ def start_active(
     reach: float,
     light: float,
     separation: float,
+    ratio: float,
     active: IntArray,
 ) -> None:
     """Set the nodes that start the increment in contact.
 
-    A node that overlaps by less than `light` and would separate by more than `separation` under the
-    predicted displacement is let go at once: waiting for tension costs iterations or the step.
+    A node that overlaps by less than `light` and would separate by more than `separation` and `ratio` times its overlap
+    under the predicted displacement is let go at once: waiting for tension costs iterations or the step.
     """
     for i in range(chain.shape[0]):
         n = chain[i]
@@ -133,10 +134,11 @@ def start_active(
         if gap <= 1e-7 and gap > -reach:
             active[i] = 1
             if gap > -light:
+                least = separation - ratio * gap
                 gap, _, _ = gap_and_normal(
                     x[n, 0] + du[n, 0], x[n, 1] + du[n, 1], segments, offset[0] + move[0], offset[1] + move[1]
                 )
-                if gap > separation:
+                if gap > least:
                     active[i] = 0
 
 

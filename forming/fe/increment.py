@@ -47,8 +47,9 @@ class Settings:
 class Attempt:
     """How the active set is treated; a failed increment is repeated with the other choice."""
 
-    separation: float = 2e-3
-    light_pressure: float = 300.0
+    separation: float = 1e-3
+    ratio: float = 2.0
+    light_pressure: float = 600.0
     early_changes: tuple[int, ...] = ()
     max_changes: int = 3
     #: From this iteration on the friction limits keep the pressures of it. Where a steep friction sticks, the limit
@@ -60,7 +61,7 @@ class Attempt:
         """Return the choice after so many failures in a row."""
         hold = HOLD_LIMITS if failures > 0 else cls.hold_limits
         if failures % 2:
-            return cls(separation=1e-4, light_pressure=600.0, hold_limits=hold)
+            return cls(separation=1e-4, ratio=0.0, hold_limits=hold)
         return cls(early_changes=(2, 5), max_changes=5, hold_limits=hold) if failures > 0 else cls()
 
 
@@ -142,6 +143,7 @@ def solve_increment(
             tool.reach,
             light,
             attempt.separation,
+            attempt.ratio,
             active[k],
         )
     most_shear = settings.shear_cap * shear_yield * tables[:, :, FACING]

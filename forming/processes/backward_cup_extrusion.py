@@ -10,7 +10,7 @@ from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.shape import FloatArray
 from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
-from ..fe.state import State, StepControl
+from ..fe.state import RemeshPolicy, State, StepControl
 from ..fe.tooling import Tool, line, plate
 from ..materials.materials import MaterialSource
 from ..tools.cup_punch import CupPunch
@@ -26,6 +26,8 @@ FINE_RADIUS, FINE_WALL, ROUNDED, FINEST = 0.28, 0.3, 0.7, 0.3
 BORE = 1.5
 #: Largest sliding in one increment, in elements.
 SLIDING = 0.62
+#: Largest plastic strain between two remeshings.
+STRAIN = 0.5
 
 
 @dataclass(frozen=True)
@@ -207,6 +209,7 @@ class BackwardCupExtrusion(Extrusion):
             markers,
             size=size,
             control=control,
+            policy=RemeshPolicy(strain=STRAIN),
             compliance=self.elasticity.compliance,
         )
         return self.thermal.apply(simulation)
