@@ -10,7 +10,7 @@ from .body import Body, nodal_shear_yield
 from .contact import FACING, PRESSURE, add_blocks, add_contacts, facing_shares, hold_fixed, start_active
 from .element import MODULI, add_stiffness, internal_forces
 from .linear_solver import LinearSolver
-from .mesh.shape import FloatArray, IntArray, half_bandwidth
+from .mesh.shape import FloatArray, IntArray
 from .tooling import Tool
 
 #: An increment does not end with a node that the tool pulls at harder than this [MPa].
@@ -89,7 +89,7 @@ class Workspace:
     """Tangent of one mesh, allocated once and refilled."""
 
     def __init__(self, body: Body) -> None:
-        self.solver = LinearSolver(len(body.x), 2 * half_bandwidth(body.quads) + 1)
+        self.solver = LinearSolver(body.quads, len(body.x))
         self.fixed: IntArray = 2 * body.axis
         self.moduli = np.zeros((len(body.quads), 4, MODULI))
 
