@@ -23,7 +23,12 @@ LAST = 1.5
 
 @njit(cache=True)
 def soonest_arrival(
-    x: FloatArray, velocity: FloatArray, chain: IntArray, segments: FloatArray, offset: FloatArray, late: float
+    x: FloatArray,
+    velocity: FloatArray,
+    chain: IntArray,
+    segments: FloatArray,
+    offset: FloatArray,
+    late: float,
 ) -> tuple[float, float]:
     """Return the time until a surface node arrives at the end of a convex arc [s], inf: none does, and its speed [mm/s].
 

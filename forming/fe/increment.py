@@ -20,6 +20,8 @@ HOLD_LIMITS = 6
 #: The factors of the last tangent serve again below this residual, as long as it falls by at least this factor, or by as much as
 #: is left to do.
 REUSE, SLOWEST = 1e-2, 0.3
+#: After a tool has let the body go, the tangent of friction is partly the secant for so many iterations.
+HELD_BY_FRICTION = 4
 #: How much stiffer than consistent the tangent is in the first iteration, and where the residual hardly falls. An element that
 #: unloads is elastic; with the soft tangent of its plastic flow before, the iteration leaps to flow in the other direction, and
 #: back again.
@@ -152,45 +154,15 @@ def solve_increment(
     residual_norm = previous_norm = np.inf
     correction: FloatArray | None = None
     halvings = rounds = 0
+    let_go = -HELD_BY_FRICTION
     changed_before = pulled = reused = factorised = False
     secant, stiffer = 1.0, FIRST_STIFFER
-    blocks = np.empty((n_s, 4))
+    blocks, contact = np.empty((n_s, 4)), np.zeros(du.size)
 
-    def tangent(band: FloatArray, skew: FloatArray) -> None:
-        add_stiffness(body.x, du, body.quads, space.moduli, material, stiffer, band)
-        add_blocks(chain, blocks, band, skew)
-        hold_fixed(band, skew, space.fixed)
-
-    for iteration in range(settings.max_iterations):
-        inner, contact = np.zeros(du.size), np.zeros(du.size)
-        inverted = internal_forces(
-            body.x,
-            du,
-            body.quads,
-            body.stress,
-            body.strain,
-            body.T,
-            dt,
-            material,
-            inner,
-            stress,
-            strain,
-            work,
-            space.moduli,
-        )
-        if inverted:
-            raise StepError(f"{inverted} Gauss points turned inside out in iteration {iteration}")
-        may_change = (rounds < attempt.max_changes or pulled) and (
-            residual_norm < 1e-2 or iteration in attempt.early_changes
-        )
-        rounds += may_change
-        secant_before, secant = secant, 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
-        if iteration == attempt.hold_limits:
-            factorised = False
-            held = np.where(
-                tables[:, :, PRESSURE] > 0.0, np.minimum(mu * tables[:, :, PRESSURE], most_shear), held
-            )
-        changes, lowest = add_contacts(
+    def contacts(may_change: bool, secant: float) -> tuple[int, float]:
+        """Fill `contact`, `forces`, `tables` and `blocks`; return the changes of the active set and the lowest pressure."""
+        contact[:] = 0.0
+        return add_contacts(
             body.x,
             du,
             chain,
@@ -215,6 +187,49 @@ def solve_increment(
             may_change,
             held,
         )
+
+    def tangent(band: FloatArray, skew: FloatArray) -> None:
+        add_stiffness(body.x, du, body.quads, space.moduli, material, stiffer, band)
+        add_blocks(chain, blocks, band, skew)
+        hold_fixed(band, skew, space.fixed)
+
+    for iteration in range(settings.max_iterations):
+        inner = np.zeros(du.size)
+        inverted = internal_forces(
+            body.x,
+            du,
+            body.quads,
+            body.stress,
+            body.strain,
+            body.T,
+            dt,
+            material,
+            inner,
+            stress,
+            strain,
+            work,
+            space.moduli,
+        )
+        if inverted:
+            raise StepError(f"{inverted} Gauss points turned inside out in iteration {iteration}")
+        may_change = (rounds < attempt.max_changes or pulled) and (
+            residual_norm < 1e-2 or iteration in attempt.early_changes
+        )
+        rounds += may_change
+        secant_before, secant = secant, 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
+        if iteration < let_go + HELD_BY_FRICTION:
+            secant = 0.5
+        if iteration == attempt.hold_limits:
+            factorised = False
+            held = np.where(
+                tables[:, :, PRESSURE] > 0.0, np.minimum(mu * tables[:, :, PRESSURE], most_shear), held
+            )
+        touching = active.any(axis=1)
+        changes, lowest = contacts(may_change, secant)
+        if changes > 0 and (touching & ~active.any(axis=1)).any():
+            # A body that a tool lets go may be held by friction alone, whose consistent tangent vanishes where it slides.
+            let_go = iteration
+            contacts(False, secant := 1.0)
         pulled = lowest < -MOST_TENSION
         residual = -(inner + contact)
         residual[space.fixed] = 0.0

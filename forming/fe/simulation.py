@@ -215,7 +215,7 @@ class Simulation:
     def _try_another_mesh(self, old: OldMesh) -> None:
         """Go back to the mesh before the last remeshing, and remesh finer from there if that is left to try."""
         state = self.state
-        state.body, state.tables = old.body, old.tables
+        state.body, state.tables, state.carried = old.body, old.tables, None
         state.markers.track = old.marker_track
         state.strain_at_remesh = old.strain_at_remesh
         state.old_mesh = None
@@ -236,6 +236,7 @@ class Simulation:
             tool.offset = tool.offset + move
             tool.pressure = bore_pressure(table, step.weights, tool.spread)
         state.tables, state.forces, state.weights = step.tables, step.forces, step.weights
+        state.carried = None
         state.stroke += self.speed * dt
         state.time += dt
         state.increments += 1
@@ -278,6 +279,8 @@ class Simulation:
         state, end = self.state, Loading(step.tables, step.weights, step.forces)
         if state.tables is not None:
             return [Loading(state.tables, state.weights, state.forces), end]
+        if state.carried is not None:
+            return [state.carried, end]
         if state.increments > 0:
             return [end]
         return [Loading([np.zeros_like(table) for table in step.tables], step.weights, state.forces), end]
