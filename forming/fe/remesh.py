@@ -240,7 +240,7 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
         weights = np.zeros(len(state.body.chain))
         surface_weights(mesh.x, state.body.chain, weights)
         state.carried = before.carried_over(arc_length(old_surface), surface.old_arc, weights)
-    state.tables = None
+    state.tables = state.loads = None
     state.since_remesh = 0
     state.remeshes += 1
     return True

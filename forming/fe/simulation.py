@@ -215,7 +215,8 @@ class Simulation:
     def _try_another_mesh(self, old: OldMesh) -> None:
         """Go back to the mesh before the last remeshing, and remesh finer from there if that is left to try."""
         state = self.state
-        state.body, state.tables, state.carried = old.body, old.tables, None
+        state.body, state.tables = old.body, old.tables
+        state.carried = state.loads = None
         state.markers.track = old.marker_track
         state.strain_at_remesh = old.strain_at_remesh
         state.old_mesh = None
@@ -263,6 +264,7 @@ class Simulation:
             body.T, body.layer = heat_before
             self._stop("a temperature is not finite; allowed: finite material and heat data")
             return
+        state.loads = loads
         state.markers.follow(surface, body.surface)
         state.markers.update(body.surface, body.surface_T, loads, dt)
         state.history.append(self._record(step, loads, dt))

@@ -16,6 +16,7 @@ from .body import Body
 from .contact import NORMAL_R, NORMAL_Z, PRESSURE, SHEAR
 from .markers import SurfaceMarkers
 from .mesh.shape import FloatArray
+from .surface_loads import SurfaceLoads
 from .tooling import Tool
 
 
@@ -192,6 +193,8 @@ class State:
     carried: Loading | None = None
     forces: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
+    #: Loads on the surface after the last increment; None after a remeshing.
+    loads: SurfaceLoads | None = None
     compression: float = 0.0
     resistance_slope: float = 0.0
     ram_work: float = 0.0
