@@ -11,7 +11,7 @@ from .mesh.shape import FloatArray, IntArray, surface_weights
 # whole area of the node, of which only a share faces the tool.
 PRESSURE, SHEAR, SLIP, GAP, NORMAL_R, NORMAL_Z, FACING = range(7)
 #: A node overlapping by more than this joins the contact at once; others wait until the step has settled [mm].
-DEEP = 0.02
+DEEP = 0.005
 #: Overlap at which a node joins, and tension (as a gap) at which it leaves, once the step has settled [mm].
 JOIN, LEAVE = 1e-4, 2.5e-4
 #: A node that has left so often in an increment joins again only when it overlaps deeply: one that cannot settle
@@ -119,12 +119,13 @@ def start_active(
     reach: float,
     light: float,
     separation: float,
+    ratio: float,
     active: IntArray,
 ) -> None:
     """Set the nodes that start the increment in contact.
 
-    A node that overlaps by less than `light` and would separate by more than `separation` under the
-    predicted displacement is let go at once: waiting for tension costs iterations or the step.
+    A node that overlaps by less than `light` and would separate by more than `separation` and `ratio` times its overlap
+    under the predicted displacement is let go at once: waiting for tension costs iterations or the step.
     """
     for i in range(chain.shape[0]):
         n = chain[i]
@@ -133,10 +134,11 @@ def start_active(
         if gap <= 1e-7 and gap > -reach:
             active[i] = 1
             if gap > -light:
+                least = separation - ratio * gap
                 gap, _, _ = gap_and_normal(
                     x[n, 0] + du[n, 0], x[n, 1] + du[n, 1], segments, offset[0] + move[0], offset[1] + move[1]
                 )
-                if gap > separation:
+                if gap > least:
                     active[i] = 0
 
 

@@ -224,10 +224,17 @@ def internal_forces(
 
 @njit(cache=True)
 def add_stiffness(
-    x0: FloatArray, du: FloatArray, quads: IntArray, moduli: FloatArray, m: FloatArray, band: FloatArray
+    x0: FloatArray,
+    du: FloatArray,
+    quads: IntArray,
+    moduli: FloatArray,
+    m: FloatArray,
+    stiffer: float,
+    band: FloatArray,
 ) -> None:
-    """Add the consistent tangent of `internal_forces` after its last evaluation, which is symmetric.
+    """Add the tangent of `internal_forces` after its last evaluation, which is symmetric.
 
+    - `stiffer`: 0 for the consistent tangent, 1 for one that leaves out how soft plastic flow is along its own direction.
     - `band`, shape (n_dof, b + 1): lower triangle, added to: entry (i, j), i >= j, stands at ``band[j, i - j]``.
     """
     x1 = np.empty((4, 2))
@@ -266,7 +273,7 @@ def add_stiffness(
             n_tt = moduli[e, g, 4]
             n_rz = moduli[e, g, 5]
             a1 = w * moduli[e, g, 0]
-            a2 = w * moduli[e, g, 1]
+            a2 = w * moduli[e, g, 1] * (1.0 - stiffer)
             for k in range(8):
                 b_volume[k] += w * trace[k]
                 along[k] = n_rr * rows[0, k] + n_zz * rows[1, k] + n_tt * rows[2, k] + n_rz * rows[3, k]

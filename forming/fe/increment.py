@@ -10,7 +10,7 @@ from .body import Body, nodal_shear_yield
 from .contact import FACING, PRESSURE, add_blocks, add_contacts, facing_shares, hold_fixed, start_active
 from .element import MODULI, add_stiffness, internal_forces
 from .linear_solver import LinearSolver
-from .mesh.shape import FloatArray, IntArray, half_bandwidth
+from .mesh.shape import FloatArray, IntArray
 from .tooling import Tool
 
 #: An increment does not end with a node that the tool pulls at harder than this [MPa].
@@ -20,6 +20,12 @@ HOLD_LIMITS = 6
 #: The factors of the last tangent serve again below this residual, as long as it falls by at least this factor, or by as much as
 #: is left to do.
 REUSE, SLOWEST = 1e-2, 0.3
+#: After a tool has let the body go, the tangent of friction is partly the secant for so many iterations.
+HELD_BY_FRICTION = 4
+#: How much stiffer than consistent the tangent is in the first iteration, and where the residual hardly falls. An element that
+#: unloads is elastic; with the soft tangent of its plastic flow before, the iteration leaps to flow in the other direction, and
+#: back again.
+FIRST_STIFFER, STALLED_STIFFER = 0.3, 0.6
 
 
 @dataclass(frozen=True)
@@ -43,8 +49,9 @@ class Settings:
 class Attempt:
     """How the active set is treated; a failed increment is repeated with the other choice."""
 
-    separation: float = 2e-3
-    light_pressure: float = 300.0
+    separation: float = 1e-3
+    ratio: float = 2.0
+    light_pressure: float = 600.0
     early_changes: tuple[int, ...] = ()
     max_changes: int = 3
     #: From this iteration on the friction limits keep the pressures of it. Where a steep friction sticks, the limit
@@ -56,7 +63,7 @@ class Attempt:
         """Return the choice after so many failures in a row."""
         hold = HOLD_LIMITS if failures > 0 else cls.hold_limits
         if failures % 2:
-            return cls(separation=1e-4, light_pressure=600.0, hold_limits=hold)
+            return cls(separation=1e-4, ratio=0.0, hold_limits=hold)
         return cls(early_changes=(2, 5), max_changes=5, hold_limits=hold) if failures > 0 else cls()
 
 
@@ -84,7 +91,7 @@ class Workspace:
     """Tangent of one mesh, allocated once and refilled."""
 
     def __init__(self, body: Body) -> None:
-        self.solver = LinearSolver(len(body.x), 2 * half_bandwidth(body.quads) + 1)
+        self.solver = LinearSolver(body.quads, len(body.x))
         self.fixed: IntArray = 2 * body.axis
         self.moduli = np.zeros((len(body.quads), 4, MODULI))
 
@@ -138,6 +145,7 @@ def solve_increment(
             tool.reach,
             light,
             attempt.separation,
+            attempt.ratio,
             active[k],
         )
     most_shear = settings.shear_cap * shear_yield * tables[:, :, FACING]
@@ -146,45 +154,15 @@ def solve_increment(
     residual_norm = previous_norm = np.inf
     correction: FloatArray | None = None
     halvings = rounds = 0
+    let_go = -HELD_BY_FRICTION
     changed_before = pulled = reused = factorised = False
-    secant = 1.0
-    blocks = np.empty((n_s, 4))
+    secant, stiffer = 1.0, FIRST_STIFFER
+    blocks, contact = np.empty((n_s, 4)), np.zeros(du.size)
 
-    def tangent(band: FloatArray, skew: FloatArray) -> None:
-        add_stiffness(body.x, du, body.quads, space.moduli, material, band)
-        add_blocks(chain, blocks, band, skew)
-        hold_fixed(band, skew, space.fixed)
-
-    for iteration in range(settings.max_iterations):
-        inner, contact = np.zeros(du.size), np.zeros(du.size)
-        inverted = internal_forces(
-            body.x,
-            du,
-            body.quads,
-            body.stress,
-            body.strain,
-            body.T,
-            dt,
-            material,
-            inner,
-            stress,
-            strain,
-            work,
-            space.moduli,
-        )
-        if inverted:
-            raise StepError(f"{inverted} Gauss points turned inside out in iteration {iteration}")
-        may_change = (rounds < attempt.max_changes or pulled) and (
-            residual_norm < 1e-2 or iteration in attempt.early_changes
-        )
-        rounds += may_change
-        secant_before, secant = secant, 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
-        if iteration == attempt.hold_limits:
-            factorised = False
-            held = np.where(
-                tables[:, :, PRESSURE] > 0.0, np.minimum(mu * tables[:, :, PRESSURE], most_shear), held
-            )
-        changes, lowest = add_contacts(
+    def contacts(may_change: bool, secant: float) -> tuple[int, float]:
+        """Fill `contact`, `forces`, `tables` and `blocks`; return the changes of the active set and the lowest pressure."""
+        contact[:] = 0.0
+        return add_contacts(
             body.x,
             du,
             chain,
@@ -209,6 +187,49 @@ def solve_increment(
             may_change,
             held,
         )
+
+    def tangent(band: FloatArray, skew: FloatArray) -> None:
+        add_stiffness(body.x, du, body.quads, space.moduli, material, stiffer, band)
+        add_blocks(chain, blocks, band, skew)
+        hold_fixed(band, skew, space.fixed)
+
+    for iteration in range(settings.max_iterations):
+        inner = np.zeros(du.size)
+        inverted = internal_forces(
+            body.x,
+            du,
+            body.quads,
+            body.stress,
+            body.strain,
+            body.T,
+            dt,
+            material,
+            inner,
+            stress,
+            strain,
+            work,
+            space.moduli,
+        )
+        if inverted:
+            raise StepError(f"{inverted} Gauss points turned inside out in iteration {iteration}")
+        may_change = (rounds < attempt.max_changes or pulled) and (
+            residual_norm < 1e-2 or iteration in attempt.early_changes
+        )
+        rounds += may_change
+        secant_before, secant = secant, 1.0 if iteration < 1 else (0.0 if iteration < 8 else 0.5)
+        if iteration < let_go + HELD_BY_FRICTION:
+            secant = 0.5
+        if iteration == attempt.hold_limits:
+            factorised = False
+            held = np.where(
+                tables[:, :, PRESSURE] > 0.0, np.minimum(mu * tables[:, :, PRESSURE], most_shear), held
+            )
+        touching = active.any(axis=1)
+        changes, lowest = contacts(may_change, secant)
+        if changes > 0 and (touching & ~active.any(axis=1)).any():
+            # A body that a tool lets go may be held by friction alone, whose consistent tangent vanishes where it slides.
+            let_go = iteration
+            contacts(False, secant := 1.0)
         pulled = lowest < -MOST_TENSION
         residual = -(inner + contact)
         residual[space.fixed] = 0.0
@@ -225,6 +246,7 @@ def solve_increment(
             return Step(
                 du, stress, strain, work, list(tables), forces, weights, shear_yield, iteration, residual_norm
             )
+        stalls = residual_norm > 0.5 * previous_norm and not may_change
         worse = residual_norm > (1.0 - 0.1 * 0.5**halvings) * previous_norm
         if (
             correction is not None
@@ -247,6 +269,8 @@ def solve_increment(
             and changes == 0
             and secant == secant_before
         )
+        if iteration > 0:
+            stiffer = STALLED_STIFFER if stalls else 0.0
         previous_norm, halvings, changed_before = residual_norm, 0, may_change
         if not reused:
             factorised = space.solver.factorise(tangent)

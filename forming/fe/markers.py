@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from .mesh.polyline import CORNER, arc_length, turns
 from .mesh.shape import FloatArray, IntArray
@@ -222,23 +223,33 @@ def _area_below(surface: FloatArray, index: FloatArray) -> FloatArray:
     return below[k] + 2.0 * np.pi * length[k] * u * (r[k] + 0.5 * u * (r[k + 1] - r[k]))
 
 
+@njit(cache=True)
 def _smooth(x: FloatArray, y: FloatArray, broken: npt.NDArray[np.bool_], at: FloatArray) -> FloatArray:
     """Interpolate a rising function by cubics whose slopes are those of parabolas through three neighbouring nodes.
 
     - `x`, `y`, shape (n,): nodes and values, both rising.
     - `broken`, shape (n,): nodes at which the slope may jump; the ends are such nodes, too.
+    - `at`, shape (m,): rising.
     """
-    h, secant = np.diff(x), np.diff(y) / np.diff(x)
-    slope = np.zeros_like(x)
-    slope[1:-1] = (secant[:-1] * h[1:] + secant[1:] * h[:-1]) / (h[1:] + h[:-1])
-    jump = broken.copy()
-    jump[[0, -1]] = True
-    first = np.where(jump[:-1], 2.0 * secant - slope[1:], slope[:-1])
-    last = np.where(jump[1:], 2.0 * secant - slope[:-1], slope[1:])
-    both = jump[:-1] & jump[1:]
-    # Between 0 and three times the secant the curve cannot turn back (Fritsch and Carlson 1980).
-    first, last = (np.clip(np.where(both, secant, m), 0.0, 3.0 * secant) for m in (first, last))
-    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(h) - 1)
-    u = (at - x[k]) / h[k]
-    bend = u * (1.0 - u) * ((1.0 - u) * (first[k] - secant[k]) - u * (last[k] - secant[k]))
-    return y[k] + h[k] * (u * secant[k] + bend)
+    n = x.shape[0]
+    slope = np.zeros(n)
+    for i in range(1, n - 1):
+        before, after = x[i] - x[i - 1], x[i + 1] - x[i]
+        rise = (y[i] - y[i - 1]) / before * after + (y[i + 1] - y[i]) / after * before
+        slope[i] = rise / (before + after)
+    found = np.empty(at.shape[0])
+    k = 0
+    for p in range(at.shape[0]):
+        while k < n - 2 and x[k + 1] <= at[p]:
+            k += 1
+        h = x[k + 1] - x[k]
+        secant = (y[k + 1] - y[k]) / h
+        at_start, at_end = k == 0 or broken[k], k == n - 2 or broken[k + 1]
+        first = slope[k] if not at_start else secant if at_end else 2.0 * secant - slope[k + 1]
+        last = slope[k + 1] if not at_end else secant if at_start else 2.0 * secant - slope[k]
+        # Between 0 and three times the secant the curve cannot turn back (Fritsch and Carlson 1980).
+        first, last = min(max(first, 0.0), 3.0 * secant), min(max(last, 0.0), 3.0 * secant)
+        u = (at[p] - x[k]) / h
+        bend = u * (1.0 - u) * ((1.0 - u) * (first - secant) - u * (last - secant))
+        found[p] = y[k] + h * (u * secant + bend)
+    return found

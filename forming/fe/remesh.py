@@ -17,9 +17,9 @@ from .contact import gap_and_normal
 from .heat_exchange import keep_heat
 from .mesh.mesher import Mesh, MeshError, quad_mesh
 from .mesh.polyline import CORNER, SizeField, arc_length, at_arc_length, enclosed_volume, spaced, turns
-from .mesh.shape import FloatArray, IntArray
+from .mesh.shape import FloatArray, IntArray, surface_weights
 from .mesh.transfer import transfer
-from .state import SCALES, OldMesh, State
+from .state import SCALES, Loading, OldMesh, State
 from .tooling import Tool
 
 
@@ -235,7 +235,12 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
     if heat:
         state.body.T = keep_heat(body, state.body, material)
     state.strain_at_remesh = state.body.strain.copy()
-    state.tables = None
+    before = state.carried if state.tables is None else Loading(state.tables, state.weights, state.forces)
+    if before is not None:
+        weights = np.zeros(len(state.body.chain))
+        surface_weights(mesh.x, state.body.chain, weights)
+        state.carried = before.carried_over(arc_length(old_surface), surface.old_arc, weights)
+    state.tables = state.loads = None
     state.since_remesh = 0
     state.remeshes += 1
     return True

@@ -9,6 +9,7 @@ import numpy as np
 
 from friction_models.common.one_blas_thread import one_blas_thread
 
+from .arrival import cut_at_arrival
 from .body import Body, WorkpieceMaterial
 from .contact import SHEAR, SLIP
 from .heat_exchange import HeatExchange, exchange_heat
@@ -122,6 +123,9 @@ class Simulation:
                 dt = min(dt, limit(self) / self.speed)
             remaining = (stroke - state.stroke) / self.speed
             dt = remaining / max(1, int(np.ceil(remaining / dt - 1e-6)))
+            if self.control.arrival > 0.0:
+                body = state.body
+                dt = cut_at_arrival(body.x, body.velocity, body.chain, state.tools, self.control.arrival, dt)
             try:
                 step = self._increment(dt)
             except (ArithmeticError, ValueError, IndexError) as error:
@@ -212,6 +216,7 @@ class Simulation:
         """Go back to the mesh before the last remeshing, and remesh finer from there if that is left to try."""
         state = self.state
         state.body, state.tables = old.body, old.tables
+        state.carried = state.loads = None
         state.markers.track = old.marker_track
         state.strain_at_remesh = old.strain_at_remesh
         state.old_mesh = None
@@ -232,6 +237,7 @@ class Simulation:
             tool.offset = tool.offset + move
             tool.pressure = bore_pressure(table, step.weights, tool.spread)
         state.tables, state.forces, state.weights = step.tables, step.forces, step.weights
+        state.carried = None
         state.stroke += self.speed * dt
         state.time += dt
         state.increments += 1
@@ -258,6 +264,7 @@ class Simulation:
             body.T, body.layer = heat_before
             self._stop("a temperature is not finite; allowed: finite material and heat data")
             return
+        state.loads = loads
         state.markers.follow(surface, body.surface)
         state.markers.update(body.surface, body.surface_T, loads, dt)
         state.history.append(self._record(step, loads, dt))
@@ -274,6 +281,8 @@ class Simulation:
         state, end = self.state, Loading(step.tables, step.weights, step.forces)
         if state.tables is not None:
             return [Loading(state.tables, state.weights, state.forces), end]
+        if state.carried is not None:
+            return [state.carried, end]
         if state.increments > 0:
             return [end]
         return [Loading([np.zeros_like(table) for table in step.tables], step.weights, state.forces), end]

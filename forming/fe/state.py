@@ -16,6 +16,7 @@ from .body import Body
 from .contact import NORMAL_R, NORMAL_Z, PRESSURE, SHEAR
 from .markers import SurfaceMarkers
 from .mesh.shape import FloatArray
+from .surface_loads import SurfaceLoads
 from .tooling import Tool
 
 
@@ -28,6 +29,17 @@ class Loading(NamedTuple):
     weights: FloatArray
     #: Forces on the tools [N], shape (n_tools, 2).
     forces: FloatArray
+
+    def carried_over(self, arc: FloatArray, new_arc: FloatArray, weights: FloatArray) -> Loading:
+        """Return the contact on other surface nodes, for the energy account: stresses in between, the same forces.
+
+        - `arc`, shape (n_s,): arc lengths of the nodes; `new_arc`, shape (m,): those of the new ones on the same surface.
+        - `weights`, shape (m,): surface area per radian of the new nodes [mm2].
+        """
+        tables = [
+            np.column_stack([np.interp(new_arc, arc, column) for column in table.T]) for table in self.tables
+        ]
+        return Loading(tables, weights, self.forces)
 
 
 @dataclass
@@ -74,7 +86,7 @@ class Energy:
 
         - `du`, shape (n_s, 2): displacement of the surface nodes [mm].
         - `moves`, shape (2,): displacements of the tools [mm].
-        - `ends`: start and end of the increment; after a remeshing, which leaves no start, the end alone.
+        - `ends`: start and end of the increment; where the start is not known, the end alone.
         """
         for tables, weights, forces in ends:
             share = weights / len(ends)
@@ -102,8 +114,10 @@ class StepControl:
     smallest: float = 0.1 / 256.0
     #: Largest sliding of a contact node in one increment.
     slip: float = 0.2
+    #: Sliding in the increment with which a node arrives at the end of a rounding of a tool [mm]; 0: as it comes.
+    arrival: float = 0.0
     #: Share of the largest increment allowed after a remeshing.
-    after_remesh: float = 0.3
+    after_remesh: float = 0.4
     #: Largest change of the force in one increment [N]; larger ones are repeated in halves.
     force_change: float = np.inf
     #: Increments, failed ones included, after which a run stops: a run that creeps must end, too.
@@ -114,7 +128,7 @@ class StepControl:
 class RemeshPolicy:
     """When to remesh: after so many increments, at this element quality, at this plastic strain since."""
 
-    every: int = 10
+    every: int = 14
     quality: float = 0.3
     strain: float = 0.4
 
@@ -175,8 +189,12 @@ class State:
     since_remesh: int = 0
     old_mesh: OldMesh | None = None
     tables: list[FloatArray] | None = None
+    #: Contact before a remeshing, on the new surface nodes, until the next increment.
+    carried: Loading | None = None
     forces: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     weights: FloatArray = field(default_factory=lambda: np.zeros(0))
+    #: Loads on the surface after the last increment; None after a remeshing.
+    loads: SurfaceLoads | None = None
     compression: float = 0.0
     resistance_slope: float = 0.0
     ram_work: float = 0.0

@@ -10,7 +10,7 @@ from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.shape import FloatArray
 from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
-from ..fe.state import State, StepControl
+from ..fe.state import RemeshPolicy, State, StepControl
 from ..fe.tooling import Tool, line, plate
 from ..materials.materials import MaterialSource
 from ..tools.cup_punch import CupPunch
@@ -24,6 +24,10 @@ from .thermal_conditions import TOOLS, ThermalConditions
 FINE_RADIUS, FINE_WALL, ROUNDED, FINEST = 0.28, 0.3, 0.7, 0.3
 #: Elements of the container's heat field at its bore, as a share of `mesh_size`.
 BORE = 1.5
+#: Largest sliding in one increment, in elements.
+SLIDING = 0.62
+#: Largest plastic strain between two remeshings.
+STRAIN = 0.5
 
 
 @dataclass(frozen=True)
@@ -197,7 +201,7 @@ class BackwardCupExtrusion(Extrusion):
         corners = np.cumsum([0.0, radius, height, radius])
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
-        control = StepControl(slip=0.5 * finest)
+        control = StepControl(slip=SLIDING * finest)
         simulation = Simulation(
             body,
             tools,
@@ -205,6 +209,7 @@ class BackwardCupExtrusion(Extrusion):
             markers,
             size=size,
             control=control,
+            policy=RemeshPolicy(strain=STRAIN),
             compliance=self.elasticity.compliance,
         )
         return self.thermal.apply(simulation)

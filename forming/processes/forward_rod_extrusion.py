@@ -29,8 +29,8 @@ CLEARANCE = 0.05
 FINE_RADIUS, FINE_STEP, ROUNDED, FINEST = 0.2, 0.16, 0.7, 0.3
 #: Elements in the corner between punch and container, as a share of those in the die.
 IN_CORNER = 0.6
-#: Largest sliding in one increment, in elements: a node that turns onto the land in longer straight steps is pushed against it.
-SLIDING = 0.2
+#: Largest sliding in one increment, and in that with which a node arrives on the land, in elements.
+SLIDING, ARRIVAL = 0.55, 0.2
 #: Longest container [mm].
 LONGEST = 1000.0
 
@@ -228,7 +228,7 @@ class ForwardRodExtrusion(Extrusion):
 
         body = body_within(outline, below_punch(0.0), tools, self.T_billet)
         body.velocity[:, 1] = -self.speed
-        control = StepControl(slip=SLIDING * base)
+        control = StepControl(slip=SLIDING * base, arrival=ARRIVAL * base)
         arc = self._marker_arc(radius)
         simulation = Simulation(
             body,

@@ -148,7 +148,7 @@ def surface_contact(simulation: Simulation) -> FloatArray:
     columns = dict.fromkeys((f.name for f in CONTACT_FIELDS), np.zeros(n))
     columns["mu"] = state.markers.at_nodes(state.mu, n)
     if state.tables is not None:
-        loads = surface_loads(body.surface, state.tables, state.tools, state.weights)
+        loads = state.loads or surface_loads(body.surface, state.tables, state.tools, state.weights)
         flow_curve = simulation.material.vector()
         k = nodal_shear_yield(body.quads, body.strain, body.rate, body.T, flow_curve)[body.chain]
         tau = np.abs(loads.shear)

@@ -70,7 +70,7 @@ def test_the_bore_is_cold_where_the_contact_has_just_come(monkeypatch):
     """100 mm/s: the closed form's places of the bore are 0.2 mm apart; elements of 2.5 mm spread the heat ahead of the contact."""
 
     def error():
-        expected, ours = contact_heating.cup(100.0, 2.0, mesh_size=0.5)["wall"]
+        expected, ours = contact_heating.cup(100.0, 2.0, mesh_size=0.4)["wall"]
         return ours / expected - 1.0
 
     assert abs(error()) < 0.075

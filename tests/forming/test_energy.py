@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
+from forming.fe.contact import PRESSURE, SHEAR
 from forming.fe.state import Energy, Loading
 from forming.processes.upsetting import RingCompression, Upsetting
 
@@ -93,3 +94,19 @@ def test_unequal_friction_in_force_and_account_is_found(monkeypatch):
     process.start(0.1)
     process.advance(0.8)
     assert process.simulation.state.energy.imbalance < -0.02
+
+
+def test_a_remeshing_leaves_the_contact_to_the_account():
+    """Friction power and pressing of the increment before, on the new nodes; without them its successor starts from nothing known."""
+    process = ForwardRodExtrusion(mesh_size=0.8, n_points=20, tool_heating=False)
+    process.start(0.1)
+    assert process.advance(1.0) and process.advance(0.01)
+    state = process.simulation.state
+    assert state.tables is not None
+    before = Loading(state.tables, state.weights, state.forces)
+    assert process.simulation.remesh() and state.tables is None and state.carried is not None
+    for column in (PRESSURE, SHEAR):
+        old, new = (load.tables[0][:, column] @ load.weights for load in (before, state.carried))
+        assert new == pytest.approx(old, rel=0.03)
+    assert state.carried.forces is before.forces
+    assert process.advance(0.1) and state.carried is None

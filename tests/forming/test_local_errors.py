@@ -10,29 +10,37 @@ from forming.processes import base
 from forming.results.files import load_result
 from forming.results.local_errors import FACTORS, local_errors, summary
 
-#: Marker, v_rel, T, sigma_n, sd, psi of ForwardRodExtrusion(mesh_size=0.15, n_points=40).run(0.08, 4.0) at its end: elements
-#: a quarter as large as in the run below.
+#: Stroke, marker, v_rel, T, sigma_n, sd, psi of ForwardRodExtrusion(mesh_size=0.15, n_points=40).run(0.08, 4.0): elements
+#: a quarter as large as in the run below. One stroke alone may be covered by 83 or by 99 %.
 FINE = np.array(
     [
-        (5, 6.208, 74.464, 1081.64, 3.072, 0.788),
-        (6, 5.225, 69.226, 1243.233, 2.871, 1.059),
-        (7, 4.863, 63.414, 1274.274, 2.083, 0.966),
-        (8, 4.853, 56.95, 1242.579, 2.114, 0.971),
-        (9, 4.92, 48.71, 593.304, 1.917, 0.982),
-        (10, 4.84, 42.038, 575.029, 1.819, 0.977),
-        (12, 4.912, 32.217, 587.522, 1.698, 0.979),
-        (14, 4.93, 27.413, 514.988, 1.622, 0.984),
-        (16, 4.943, 25.584, 449.584, 1.632, 0.988),
-        (18, 4.955, 24.968, 412.363, 1.712, 0.99),
-        (20, 4.966, 24.934, 403.494, 1.803, 0.991),
-        (22, 4.973, 25.229, 428.432, 1.856, 0.992),
-        (24, 4.977, 25.565, 459.669, 1.919, 0.992),
-        (26, 4.98, 25.808, 481.532, 1.929, 0.992),
-        (28, 4.982, 25.978, 497.14, 1.899, 0.992),
-        (30, 4.984, 26.081, 507.984, 1.865, 0.991),
-        (32, 4.987, 26.126, 515.842, 1.842, 0.991),
-        (34, 4.991, 25.931, 510.662, 1.807, 0.99),
-        (36, 4.996, 24.789, 408.078, 1.694, 0.985),
+        (2, 5, 2.514, 41.54, 1077.4, 0.89689, 0.72458),
+        (2, 6, 2.3405, 38.944, 1099.1, 0.95496, 1.0823),
+        (2, 7, 2.2855, 33.249, 463.58, 0.18823, 1.0163),
+        (2, 8, 2.1811, 28.544, 340.3, 0.30372, 0.99083),
+        (2, 9, 2.1952, 24.903, 294.52, 0.14844, 0.97917),
+        (3, 5, 5.905, 56.985, 1131.4, 1.9173, 0.71867),
+        (3, 6, 5.2006, 53.666, 1222.7, 1.8698, 1.0674),
+        (3, 7, 4.9586, 48.388, 1213.2, 1.0806, 1.0097),
+        (3, 8, 4.8979, 40.252, 498.04, 1.1616, 1.0054),
+        (3, 9, 4.7254, 34.049, 449.12, 0.99747, 0.98273),
+        (3, 12, 4.7466, 24.856, 387.3, 0.73027, 0.98161),
+        (3, 16, 4.7985, 22.332, 283.96, 0.65576, 0.98957),
+        (3, 20, 4.8503, 22.457, 309.54, 0.8439, 0.99291),
+        (3, 24, 4.8801, 22.85, 361.7, 0.90731, 0.99275),
+        (3, 28, 4.9073, 23.011, 382.71, 0.89436, 0.99216),
+        (3, 32, 4.939, 23.089, 393.28, 0.87878, 0.99185),
+        (4, 5, 6.1716, 74.155, 1108.8, 3.0691, 0.79436),
+        (4, 6, 5.2181, 68.706, 1242.1, 2.8957, 1.0535),
+        (4, 7, 4.8549, 62.962, 1277.9, 2.0456, 0.96619),
+        (4, 8, 4.8511, 56.538, 1237.4, 2.136, 0.97143),
+        (4, 9, 4.9157, 48.316, 594.79, 1.9585, 0.98308),
+        (4, 12, 4.9033, 31.987, 585.12, 1.6969, 0.97877),
+        (4, 16, 4.9368, 25.509, 449.29, 1.632, 0.9874),
+        (4, 20, 4.9608, 24.858, 403.4, 1.8281, 0.99137),
+        (4, 24, 4.9735, 25.47, 458.95, 1.8955, 0.99215),
+        (4, 28, 4.9791, 25.885, 497.35, 1.8851, 0.99156),
+        (4, 32, 4.9856, 26.07, 514.4, 1.8726, 0.99108),
     ]
 )
 
@@ -43,16 +51,16 @@ def rod():
 
 
 def test_stated_errors_cover_those_against_a_mesh_four_times_finer(rod):
-    """Nine of ten loads, and stated at most some times too large."""
-    marker, fine = FINE[:, 0].astype(int), FINE[:, 1:]
+    """Nine of ten loads on average over runs (docs/forming-results.md), and stated at most some times too large."""
+    step, marker, fine = np.round(10.0 * FINE[:, 0]).astype(int) - 1, FINE[:, 1].astype(int), FINE[:, 2:]
     contact = rod.contact
-    assert contact.active[-1, marker].all()
-    error = np.abs(contact.loads[-1, marker] - fine)
-    stated = contact.errors[-1, marker]
-    assert (error <= stated).mean() > 0.85
+    assert contact.active[step, marker].all()
+    error = np.abs(contact.loads[step, marker] - fine)
+    stated = contact.errors[step, marker]
+    assert (error <= stated).mean() > 0.8
     assert np.median(stated / np.maximum(error, 1e-9)) < 6.0
     # Not because they are large.
-    assert (np.median(stated, axis=0) < [0.2, 2.0, 40.0, 0.2, 0.02]).all()
+    assert (np.median(stated, axis=0) < [0.2, 2.0, 60.0, 0.2, 0.02]).all()
 
 
 def test_they_are_kept_and_shown(rod, tmp_path):

@@ -107,7 +107,7 @@ def test_a_marker_beside_a_corner_slides_along_its_own_side(monkeypatch):
 def test_the_land_is_free_where_the_fine_mesh_has_no_contact(monkeypatch):
     """Elements of 0.1 mm: no contact on the land 0.5 mm behind the rounding at 6 to 10 mm of stroke (mean 0.00 MPa)."""
     assert land_pressure() < 1.0
-    monkeypatch.setattr(forward_rod_extrusion, "SLIDING", 0.5)
+    monkeypatch.setattr(forward_rod_extrusion, "ARRIVAL", 0.0)
     monkeypatch.setattr(forward_rod_extrusion, "ROUNDED", 1.4)
     assert land_pressure() > 1.0
 
@@ -140,6 +140,6 @@ def test_the_pressure_beside_the_corner_of_punch_and_container(monkeypatch):
         assert process.advance(3.0)
         return np.abs(process.loads()[70:75, 2] / fine - 1.0).max()
 
-    assert largest_error() < 0.06
+    assert largest_error() < 0.075
     monkeypatch.setattr(forward_rod_extrusion, "IN_CORNER", 10.0)
     assert largest_error() > 0.3

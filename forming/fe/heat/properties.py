@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -57,8 +58,13 @@ def value_at(value: Property, T: npt.ArrayLike) -> FloatArray:
     T = np.asarray(T, dtype=np.float64)
     if not isinstance(value, tuple):
         return np.full(T.shape, value)
-    known, values = np.array(value).T
-    return np.interp(T, known, values)
+    return np.interp(T, *_columns(value))
+
+
+@cache
+def _columns(value: tuple[tuple[float, float], ...]) -> FloatArray:
+    """Return temperatures and values, shape (2, n)."""
+    return np.array(value).T
 
 
 def integral(value: Property, T: npt.ArrayLike) -> FloatArray:

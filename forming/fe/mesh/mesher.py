@@ -117,14 +117,13 @@ def _interior(coarse: FloatArray, size: SizeField) -> FloatArray:
     """Return start points inside the loop: a layer along it first, then a packing of the rest."""
     wanted = 2.0 * size(coarse)
     smallest = float(wanted.min())
+    if not smallest > 0.0:
+        raise MeshError(f"elements of {0.5 * smallest:g} mm")
     tangent = np.roll(coarse, -1, axis=0) - np.roll(coarse, 1, axis=0)
     tangent /= np.hypot(*tangent.T)[:, None]
     layer = coarse + np.column_stack([-tangent[:, 1], tangent[:, 0]]) * wanted[:, None] * 0.95
     good = inside(layer, coarse) & (distance_to_polygon(layer, coarse) > 0.7 * wanted)
-    pitch = smallest / PITCH
-    low, high = coarse.min(axis=0), coarse.max(axis=0)
-    r, z = (np.arange(low[k] + 0.5 * pitch, high[k], pitch) for k in (0, 1))
-    grid = np.stack(np.meshgrid(r, z), axis=-1).reshape(-1, 2)
+    grid = _graded_grid(coarse.min(axis=0), coarse.max(axis=0), smallest / PITCH, smallest, size)
     grid = grid[inside(grid, coarse)]
     depth, grid_size = distance_to_polygon(grid, coarse), 2.0 * size(grid)
     deep = depth > 0.62 * grid_size
@@ -134,6 +133,22 @@ def _interior(coarse: FloatArray, size: SizeField) -> FloatArray:
         return np.empty((0, 2))
     radius = 0.8 * np.concatenate([0.9 * wanted[good], grid_size[deep][order]])
     return candidates[pack_points(candidates, radius, coarse)]
+
+
+def _graded_grid(
+    low: FloatArray, high: FloatArray, pitch: float, smallest: float, size: SizeField
+) -> FloatArray:
+    """Return a grid of points in rows, of which every second or fourth stays where triangles are four or eight times as large."""
+    columns, rows = np.ceil((high - low) / (4.0 * pitch)).astype(np.int64)
+    r, z = (low[k] + pitch * (np.arange(4 * n) + 0.5) for k, n in enumerate((columns, rows)))
+    middles = np.stack(np.meshgrid(r[2::4] - 0.5 * pitch, z[2::4] - 0.5 * pitch), axis=-1)
+    larger = 2.0 * size(middles.reshape(-1, 2)) / smallest
+    every = np.array([1, 2, 4])[np.digitize(larger, (4.0, 8.0))].reshape(rows, columns)
+    every = every.repeat(4, axis=0).repeat(4, axis=1)
+    j, i = np.ogrid[: 4 * rows, : 4 * columns]
+    j, i = np.nonzero((i % every == 0) & (j % every == 0))
+    points = np.column_stack([r[i], z[j]])
+    return points[(points < high).all(axis=1)]
 
 
 def _edges(triangles: IntArray) -> IntArray:

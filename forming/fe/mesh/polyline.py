@@ -15,17 +15,24 @@ SizeField = Callable[[FloatArray], FloatArray]
 CORNER = np.radians(35.0)
 
 
+@njit(cache=True)
 def arc_length(points: FloatArray) -> FloatArray:
     """Return the arc length at each point, shape (n,)."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    lengths = np.zeros(points.shape[0])
+    for i in range(1, points.shape[0]):
+        step = np.hypot(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1])
+        lengths[i] = lengths[i - 1] + step
+    return lengths
 
 
+@njit(cache=True)
 def turns(points: FloatArray) -> FloatArray:
     """Return the angle by which the direction changes at each point, 0 to pi, shape (n,); 0 at both ends."""
-    step = np.diff(points, axis=0)
-    cross = step[:-1, 0] * step[1:, 1] - step[:-1, 1] * step[1:, 0]
-    turn = np.zeros(len(points))
-    turn[1:-1] = np.abs(np.arctan2(cross, (step[:-1] * step[1:]).sum(axis=1)))
+    turn = np.zeros(points.shape[0])
+    for i in range(1, points.shape[0] - 1):
+        ar, az = points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1]
+        br, bz = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
+        turn[i] = abs(np.arctan2(ar * bz - az * br, ar * br + az * bz))
     return turn
 
 
@@ -95,19 +102,28 @@ def inside(points: FloatArray, polygon: FloatArray) -> np.ndarray:
 @njit(cache=True)
 def distance_to_polygon(points: FloatArray, polygon: FloatArray) -> FloatArray:
     """Return the distance of each point to the closed polygon."""
+    n = polygon.shape[0]
+    # Start, direction and inverse square of the length of each edge.
+    edges = np.empty((5, n))
+    for i in range(n):
+        j = i - 1 if i > 0 else n - 1
+        er = polygon[i, 0] - polygon[j, 0]
+        ez = polygon[i, 1] - polygon[j, 1]
+        edges[0, i] = polygon[j, 0]
+        edges[1, i] = polygon[j, 1]
+        edges[2, i] = er
+        edges[3, i] = ez
+        edges[4, i] = 1.0 / (er * er + ez * ez + 1e-30)
     result = np.empty(points.shape[0])
     for p in range(points.shape[0]):
         best = 1e30
-        j = polygon.shape[0] - 1
-        for i in range(polygon.shape[0]):
-            er = polygon[i, 0] - polygon[j, 0]
-            ez = polygon[i, 1] - polygon[j, 1]
-            pr = points[p, 0] - polygon[j, 0]
-            pz = points[p, 1] - polygon[j, 1]
-            t = min(1.0, max(0.0, (pr * er + pz * ez) / (er * er + ez * ez + 1e-30)))
-            d = (pr - t * er) ** 2 + (pz - t * ez) ** 2
-            best = min(best, d)
-            j = i
+        for i in range(n):
+            pr = points[p, 0] - edges[0, i]
+            pz = points[p, 1] - edges[1, i]
+            t = min(1.0, max(0.0, (pr * edges[2, i] + pz * edges[3, i]) * edges[4, i]))
+            pr -= t * edges[2, i]
+            pz -= t * edges[3, i]
+            best = min(best, pr * pr + pz * pz)
         result[p] = np.sqrt(best)
     return result
 
