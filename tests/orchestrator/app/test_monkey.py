@@ -26,11 +26,12 @@ from orchestrator.app.pages.frame import PAGES
 from orchestrator.app.project import HISTORY, Project
 from orchestrator.app.worker import Worker
 
+from .chromium import CHROMIUM, PATIENCE, Watched
 from .conftest import Served
-from .test_browser import CHROMIUM, PATIENCE, Watched, browser
-from .test_pages import HOSTILE, look, storage
+from .seen import look
+from .test_pages import HOSTILE, storage
 
-assert storage and browser  # fixtures that hold here, too
+assert storage  # a fixture that holds here, too
 
 ACTIONS = int(os.environ.get("TRIBOFMU_MONKEY", "25"))
 CLICKS = int(os.environ.get("TRIBOFMU_MONKEY_CLICKS", "0"))
@@ -95,7 +96,7 @@ def test_random_actions_leave_no_exception(tmp_path: Path, caplog: pytest.LogCap
         for _ in range(ACTIONS):
             with contextlib.suppress(AssertionError):  # a page that is just being built has no such element
                 done.append(await act(user, draw))
-            await asyncio.sleep(draw.choice((0.0, 0.0, 0.02, 0.4)))
+            await asyncio.sleep(draw.choice((0.0, 0.0, 0.01, 0.1)))
             wrong = [r.getMessage() + str(r.exc_info) for r in caplog.records if r.levelno >= logging.ERROR]
             assert wrong == [], done[-8:]
 
