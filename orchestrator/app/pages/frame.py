@@ -22,14 +22,14 @@ from ..worker import CANCELLED, FAILED, RUNNING, Job, Worker
 from .parts import button, empty, gone, heading, say
 from .view import View
 
-#: Address, name and module of each page.
+#: Address, name and module of each page, in the order in which a new project needs them.
 PAGES = (
+    ("/measurements", "Measurements", "measurements"),
+    ("/explore", "Explore", "explore"),
     ("/", "What is missing", "missing"),
     ("/compare", "Compare", "compare"),
     ("/forming", "Forming", "forming"),
     ("/fmu", "FMU", "fmu"),
-    ("/explore", "Explore", "explore"),
-    ("/measurements", "Measurements", "measurements"),
     ("/reports", "Reports", "reports"),
 )
 LOOKS = {"auto": None, "light": False, "dark": True}
