@@ -46,7 +46,7 @@ async def show(view: View) -> None:
 
 
 def _sizes(view: View) -> list[tuple[str, int]]:
-    found = sorted(view.project.fmus(), key=lambda p: -p.stat().st_mtime)
+    found = sorted([*view.project.fmus(), *view.project.systems()], key=lambda p: -p.stat().st_mtime)
     return [(view.project.relative(p), p.stat().st_size) for p in found]
 
 
@@ -89,6 +89,9 @@ def _pack(view: View, models: list[str], model: str) -> None:
                 lambda v: changed("platforms", tuple(v)), multiple=True,
             )  # fmt: skip
             names.props("use-chips").style("min-width: 270px")
+            named = ui.input("Name inside the FMU", value=options.name)
+            named.props("outlined dense").classes("choice").props["hint"] = "made of the model without one"
+            named.on_value_change(lambda e: changed("name", str(e.value or "").strip()))
         for name, words in SWITCHES.items():
             ui.checkbox(
                 words, value=getattr(options, name), on_change=lambda e, n=name: changed(n, bool(e.value))
