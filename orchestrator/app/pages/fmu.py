@@ -109,6 +109,9 @@ def _file(view: View, path: str, size: int) -> None:
             if has_page(view.project.inside(path)):
                 page = ui.link("Read its page", page_address(path), new_tab=True)
                 page.classes("button").props('rel="noopener"')
+        if path.endswith(".ssp"):
+            say("A system around the FMU; the FMU alone can be checked here.", "soft")
+            return
         action(view, check, "Check it")
         job = view.worker.last(check.arguments)
         if job is not None and job.state in {DONE, FAILED}:
