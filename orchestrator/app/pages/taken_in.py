@@ -11,7 +11,7 @@ from nicegui import ui
 from friction_models.common.files import read_json
 from friction_models.common.markup import bullets, table
 
-from .. import measuring_commands
+from .. import commands, measuring_commands
 from .parts import action, button, heading, say, words
 from .view import View
 
@@ -31,9 +31,15 @@ def data_set(view: View, name: str) -> None:
                 "soft",
             )
             with ui.element("div").classes("buttons"):
-                button("Ask what is missing", partial(use, view, place), "first")
+                button("Ask what is missing", partial(ask, view, place), "first")
                 ui.link("Explore", f"/explore?data={place}").classes("button")
                 ui.link("Edit the test table", f"/measurements?tests={place}").classes("button")
+
+
+def ask(view: View, place: str) -> None:
+    """Take a data set in hand, and ask what the model in hand is missing there."""
+    use(view, place)
+    view.run(commands.diagnose(place, view.story().model))
 
 
 def use(view: View, place: str) -> None:
