@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from nicegui import ui
 
 from friction_models.common.markup import escape
@@ -186,6 +187,11 @@ class MapFields:
 
 def _range(table: RawTable, column: ColumnForm) -> str:
     unit = f" {column.file_unit}" if column.file_unit else ""
+    if not column.number:
+        # A column of names is known by its first cells.
+        first = table.frame[column.name].dropna().head(1000)
+        if len(first) and pd.to_numeric(first, errors="coerce").isna().all():
+            return f"text, such as {str(first.iloc[0])[:40]}"
     values, _ = table.numbers(column.name)
     if np.isnan(values).all():
         names = table.frame[column.name].dropna()

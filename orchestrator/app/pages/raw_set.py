@@ -18,7 +18,7 @@ from .. import history, measuring_commands
 from ..commands import Command
 from ..map_form import MapForm, beyond_limits, looks_like_records
 from ..raw_figures import columns_figure, loads_figure, preview_row
-from ..raw_files import RawSet, free_name, map_text, raw_set, save_map, saved_map
+from ..raw_files import RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
 from ..worker import DONE, FAILED
 from .bring import bring
 from .frame import page_head
@@ -144,7 +144,9 @@ class _Page:
             else:
                 PointMap.load(self.form.content())
                 files = [self.view.project.inside(f) for f in self.found.files]
-                found = read_point_tables(files if len(files) <= 20 else files[:1], self.form.content())
+                found = read_point_tables(
+                    files if len(files) <= 20 else files[:1], self.form.content(), read=read_once
+                )
                 where = "" if len(files) <= 20 else " in the first file"
                 said = [f"{found.headline()}{where}.", *found.notes]
                 figures = [f for f in [loads_figure(found.dataset.points)] if f is not None]
