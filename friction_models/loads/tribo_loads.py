@@ -36,7 +36,7 @@ def check_column(
     >>> check_column([0.05, 50], MU, "points.csv")
     Traceback (most recent call last):
         ...
-    friction_models.common.errors.InputError: points.csv: column 'mu', row 1: value 50.0 is outside the allowed range 0 to 10 1
+    friction_models.common.errors.InputError: points.csv: column 'mu', row 1: value 50.0 is outside the allowed range 0 to 10
     """
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)
@@ -54,9 +54,10 @@ def check_column(
         good |= np.isnan(array)
     if not good.all():
         row = int(np.argmin(good))
+        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
         raise InputError(
             f"{where}: column {quantity.name!r}, row {row}: value {float(array[row])!r} is outside the allowed "
-            f"range {quantity.lower:g} to {quantity.upper:g} {quantity.unit}"
+            f"range {quantity.lower:g} to {quantity.upper:g}{unit}"
         )
     return array
 

@@ -14,7 +14,7 @@ from friction_models.loads import LOAD_NAMES, DataSet
 from friction_models.loads.contract import with_unit
 
 from ..report.parts.chart import Chart
-from ..report.parts.theme import AFTER, COLORS, CONSTANT, INK, LINE, SOFT
+from ..report.parts.theme import AFTER, COLORS, CONSTANT, INK, LINE
 from ..report.reading import ReadFigure
 from .figures import as_read
 
@@ -24,6 +24,9 @@ MOST, LEVELS = 3000, 8
 LINES = 150
 #: From dark to light at even steps of lightness, so that it also holds in grey.
 _SCALE = [[0.0, "#34589a"], [0.35, "#1f7f86"], [0.7, "#8db35c"], [1.0, "#f2d95c"]]
+#: Points that are not picked. An opacity of each point would be a layer of its own for the browser, which thousands of them bring to
+#: a stand; that of a colour costs nothing.
+_FAINT = "rgba(127, 140, 153, 0.1)"
 #: What the plan of a test sets each load to, in the test table.
 SETTINGS = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set", "sd": "sd_set", "psi": "psi_set"}
 
@@ -129,7 +132,7 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
         chart.figure.add_scatter(
             x=_floats(part[x]), y=_floats(part[y]), mode="markers", name=escape(name), showlegend=named,
             customdata=part["test_number"].to_numpy(np.int32), text=[escape(t) for t in part["test_id"]],
-            marker={"size": size, "opacity": 0.75, **look}, selected={"marker": {"opacity": 1.0, "size": size + 2}}, unselected={"marker": {"opacity": 0.06}},
+            marker={"size": size, "opacity": 1.0, **look}, selected={"marker": {"opacity": 1.0, "size": size + 2}}, unselected={"marker": {"opacity": 1.0, "color": _FAINT}},
             hovertemplate=f"%{{text}}<br>{escape(x)} %{{x:.4g}}<br>{escape(y)} %{{y:.4g}}<extra></extra>",
         )  # fmt: skip
     set_x, set_y = SETTINGS.get(x, ""), SETTINGS.get(y, "")
@@ -148,7 +151,6 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
         y=escape(_label(y)),
         dragmode="select",
         selectdirection="any",
-        modebar={"bgcolor": "rgba(0,0,0,0)", "color": SOFT, "activecolor": AFTER},
     )
     return as_read("cloud", made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from .commands import Command, short
@@ -9,10 +10,12 @@ from .commands import Command, short
 #: Most contact points of a friction FMU that a page offers.
 MOST_NODES = 100_000
 TARGETS = {"native": "C code, needs nothing else", "python": "Python with ONNX Runtime"}
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}")
 #: Switches of `pack`, by the option.
 SWITCHES = {
     "interval": "Also give mu_low and mu_high, the model's prediction interval",
     "arrays": "FMI 3.0: arrays whose length the simulator sets, also with one contact point",
+    "ssp": "An SSP archive around the FMU, for simulators of systems",
 }
 
 
@@ -26,6 +29,8 @@ class PackOptions:
     platforms: tuple[str, ...] = ()
     interval: bool = False
     arrays: bool = False
+    ssp: bool = False
+    name: str = ""
 
     def problem(self) -> str:
         """Return in a sentence which options do not go together; empty where they do.
@@ -37,6 +42,8 @@ class PackOptions:
         """
         if self.arrays and self.fmi != "3.0":
             return "Arrays of any length are part of FMI 3.0: choose that version, or leave them out."
+        if self.name and not _IDENTIFIER.fullmatch(self.name):
+            return "A name inside the FMU is one as in C: letters, digits and underscores, no digit first, at most 60."
         if self.platforms and self.target != "native":
             return "Platforms are chosen for C code only: Python runs wherever the simulator's Python does."
         return ""
@@ -53,6 +60,8 @@ class PackOptions:
             found += ["--nodes", str(self.nodes)]
         if self.platforms:
             found += ["--platforms", ",".join(self.platforms)]
+        if self.name:
+            found += ["--name", self.name]
         return (*found, *(f"--{name}" for name in SWITCHES if getattr(self, name)))
 
     @property
@@ -69,7 +78,8 @@ class PackOptions:
             "" if self.nodes == 1 else str(self.nodes),
             "" if self.target == "native" else self.target,
             *self.platforms,
-            *(name for name in SWITCHES if getattr(self, name)),
+            *(name for name in SWITCHES if name != "ssp" and getattr(self, name)),
+            self.name,
         ]
         return "".join(f"-{part}" for part in parts if part)
 
@@ -89,7 +99,7 @@ def fmu_file(model: str, options: PackOptions) -> str:
     >>> fmu_file("models/linear", PackOptions()), fmu_file("models/linear", PackOptions("3.0", 80))
     ('fmus/linear.fmu', 'fmus/linear-fmi3-80.fmu')
     """
-    return f"fmus/{short(model)}{options.suffix}.fmu"
+    return f"fmus/{short(model)}{options.suffix}.{'ssp' if options.ssp else 'fmu'}"
 
 
 def pack(model: str, options: PackOptions) -> Command:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from friction_models.common.units import units_like
+from friction_models.common import InputError
+from friction_models.common.units import conversion, units_like
 from friction_models.loads import FloatArray
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS, QUANTITIES
 from sct_twin.ingest.channel_guess import guess_channels, name_and_unit
@@ -187,6 +189,51 @@ def drafted_columns(table: RawTable, records: bool) -> dict[str, Any]:
             unit = "" if table.units.get(guess.column) else name_and_unit(guess.column)[1]
             entries[guess.column] = {"quantity": guess.quantity, **({"unit": unit} if unit else {})}
     return entries
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """Rows of a column with values that cannot be; the limits, in the unit of the file, that leave them out."""
+
+    column: str
+    rows: int
+    low: float | None
+    high: float | None
+
+    @property
+    def words(self) -> str:
+        """What the rows have in common."""
+        below = [] if self.low is None else [f"below {self.low:g}"]
+        return " or ".join([*below, *([] if self.high is None else [f"above {self.high:g}"])])
+
+
+def beyond_limits(form: MapForm, table: RawTable, problem: str) -> Beyond | None:
+    """Return which rows of the first file would have to be left out for what was refused; None for another problem.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> table = RawTable(pd.DataFrame({"COF": [0.1, -0.9, 0.2]}), {}, "file.csv")
+    >>> said = "points: column 'mu', row 1: value -0.9 is outside the allowed range -0.4 to 10"
+    >>> found = beyond_limits(MapForm.of(table, False, {}), table, said)
+    >>> found.column, found.rows, found.words
+    ('COF', 1, 'below -0.4')
+    """
+    told = re.search(r"column '(\w+)', .* outside the allowed range (\S+) to (\S+)", problem)
+    column = next((c for c in form.columns if told and c.is_ == told[1] and c.sign == 1), None)
+    if told is None or column is None:
+        return None
+    try:
+        unit = column.unit or column.file_unit
+        factor, offset = conversion(POINT_UNITS[column.is_], unit, column.name) if unit else (1.0, 0.0)
+        low, high = ((float(limit) - offset) / factor for limit in (told[2], told[3]))
+    except (InputError, KeyError, ValueError):
+        return None
+    values = table.numbers(column.name)[0]
+    below, above = int((values < low).sum()), int((values > high).sum())
+    if not below + above:
+        return None
+    return Beyond(column.name, below + above, low if below else None, high if above else None)
 
 
 def _pulls(values: FloatArray) -> bool:

@@ -7,9 +7,11 @@ import shutil
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
+from typing import Any
 
 from friction_models.common import InputError, write_text
 from friction_models.common.errors import shown
+from friction_models.common.files import read_json, write_json
 from friction_models.common.yaml_files import read_yaml
 
 FOLDERS = ("raw", "campaigns", "data", "models", "fmus", "press", "runs", "reports")
@@ -104,6 +106,17 @@ class Project:
         """Return the path of a file in the project as commands name it."""
         return path.relative_to(self.root).as_posix()
 
+    def kept(self, form: str) -> dict[str, Any]:
+        """Return what a form held when it was left; empty where nothing was kept."""
+        try:
+            return read_json(self.root / WORK / f"{form}.json")
+        except InputError:
+            return {}
+
+    def keep(self, form: str, content: dict[str, Any]) -> None:
+        """Keep what a form holds."""
+        write_json(self.root / WORK / f"{form}.json", content)
+
     def data_sets(self) -> list[Path]:
         """Return what may be given to ``--data``: folders with points.csv and files of points, sorted."""
         place = self.root / "data"
@@ -129,6 +142,10 @@ class Project:
     def fmus(self) -> list[Path]:
         """Return the FMUs, sorted."""
         return [p for p in self._entries("fmus") if p.suffix == ".fmu" and p.is_file()]
+
+    def systems(self) -> list[Path]:
+        """Return the SSP archives, sorted."""
+        return [p for p in self._entries("fmus") if p.suffix == ".ssp" and p.is_file()]
 
     def onnx_models(self) -> list[Path]:
         """Return the ONNX files beside the model folders, sorted."""

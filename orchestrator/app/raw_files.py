@@ -80,11 +80,22 @@ def raw_set(project: Project, name: str) -> RawSet:
     first, problem = None, "there is no measurement file in it"
     for file in kept[:3]:
         try:
-            first = _table(file, file.stat().st_mtime_ns)
+            first = read_once(file)
             break
         except InputError as error:
             problem = str(error).replace(str(file), file.name)
     return RawSet(name, place, [project.relative(f) for f in kept], first, "" if first else problem)
+
+
+def read_once(file: Path) -> RawTable:
+    """Return what stands in a file, read once for as long as it stays as it is.
+
+    Raises
+    ------
+    InputError
+        What `read_file` refuses.
+    """
+    return _table(file, file.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=4)

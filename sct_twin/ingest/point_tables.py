@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -48,6 +49,7 @@ def read_point_tables(
     point_map: PointMapSource = None,
     progress: Progress | None = None,
     synthetic: bool = False,
+    read: Callable[[Path], RawTable] = read_file,
 ) -> PointTables:
     """Read tables of points and return them as a data set in the units of the contract.
 
@@ -60,6 +62,8 @@ def read_point_tables(
         Which columns are what; None for columns named as in the contract.
     synthetic : bool
         Whether the values were computed and not measured.
+    read : callable
+        Reads one file; for those who hold tables that were read before.
 
     Raises
     ------
@@ -85,7 +89,7 @@ def read_point_tables(
     first: dict[str, Path] = {}
     notes = [entry.reason for entry in passed_over(source)]
     for number, file in enumerate(files):
-        frame, about, said = _one(file, mapping)
+        frame, about, said = _one(file, mapping, read)
         for test in about:
             if test in first:
                 raise InputError(
@@ -117,9 +121,11 @@ def point_files(source: Source) -> list[Path]:
     return measurement_files(source)[0]
 
 
-def _one(file: Path, mapping: PointMap) -> tuple[pd.DataFrame, dict[str, dict[str, Cell]], list[str]]:
+def _one(
+    file: Path, mapping: PointMap, read: Callable[[Path], RawTable]
+) -> tuple[pd.DataFrame, dict[str, dict[str, Cell]], list[str]]:
     """Return the points of a file, what is known about its tests, and what there is to say."""
-    table = read_file(file)
+    table = read(file)
     present = [str(name) for name in table.frame.columns]
     used = mapping.used(present)
     for name in mapping.columns or {}:
@@ -187,6 +193,9 @@ def _texts(values: pd.Series) -> pd.Series:
     """Return names as texts: test 7 of a column of numbers is '7' and not '7.0'."""
     if values.dtype.kind == "f" and not values.isna().any() and (values % 1 == 0).all():
         values = values.astype(np.int64)
+    if pd.api.types.infer_dtype(values, skipna=True) == "string":
+        # Names repeat from row to row.
+        return values.map({v: str(v).strip() for v in values.dropna().unique()})
     return values.map(lambda v: str(v).strip(), na_action="ignore")
 
 

@@ -68,9 +68,19 @@ def decimal_mark(cells: Iterable[str], where: str) -> str:
     return next(iter(found), ".")
 
 
+#: Columns of more cells are looked through for cells that repeat.
+_LONG = 10_000
+
+
 def numbers_of(values: np.ndarray, decimal: str) -> tuple[np.ndarray, np.ndarray, str]:
     """Return cells as numbers, which cells are text, and what separates groups of thousands ('' for nothing)."""
     cells = pd.Series(values, dtype=object)
+    if len(cells) > _LONG and pd.api.types.infer_dtype(cells, skipna=True) == "string":
+        # Names repeat from row to row: each is looked at once.
+        codes, once = pd.factorize(cells, use_na_sentinel=False)
+        if len(once) * 4 < len(cells):
+            numbers, bad, separator = numbers_of(np.asarray(once, dtype=object), decimal)
+            return numbers[codes], bad[codes], separator
     if not cells.map(lambda cell: isinstance(cell, str)).any():
         numbers = pd.to_numeric(bounded(cells), errors="coerce").to_numpy(np.float64)
         return numbers, np.isnan(numbers) & cells.notna().to_numpy(), ""

@@ -19,6 +19,14 @@ from .frame import page_head
 from .parts import button, choice, empty, gone, say, words
 from .view import View
 
+#: What drawing with the mouse does, as plotly calls it.
+_DRAGS = {"select": "Frame", "lasso": "Lasso", "zoom": "Zoom", "pan": "Move"}
+_DRAG = """
+for (const id of %(ids)s) {
+  const plot = getElement(id);
+  if (plot && plot.Plotly) plot.Plotly.relayout(plot.$el, %(change)s);
+}
+"""
 #: Columns that name things or stand for the table itself.
 _NO_AXES = {"test_id", "test_number"}
 #: Names of tests that are written out.
@@ -93,10 +101,11 @@ class _Explorer:
             {
                 "x": first, "y": "mu" if "mu" in self.numbers else self.numbers[-1],
                 "color": "v_rel" if "v_rel" in columns else "", "a": (loads or self.numbers)[0],
-                "b": (loads or self.numbers)[1 % len(loads or self.numbers)], "tests": "", "whole": True,
+                "b": (loads or self.numbers)[1 % len(loads or self.numbers)], "tests": "", "whole": True, "drag": "select",
             },
         )  # fmt: skip
         self.asked = 0
+        self.ids: list[int] = []
 
     async def build(self) -> None:
         """Build the choices and the pictures."""
@@ -121,10 +130,23 @@ class _Explorer:
             ui.switch(
                 "Pick whole tests", value=chosen["whole"], on_change=lambda e: self._set("whole", e.value)
             )
+        with ui.element("div").classes("choices"):
+            choice("Drawing with the mouse", _DRAGS, chosen["drag"], self._drag).classes("short")
+            button(
+                "Whole picture", lambda: self._change("{'xaxis.autorange': true, 'yaxis.autorange': true}")
+            )
         self.said = ui.element("div").props('role="status"')
         self.place = ui.element("div")
         self.picked = ui.element("section")
         await self._draw()
+
+    def _drag(self, value: str) -> None:
+        """Draw frames, or something else, in all pictures."""
+        self.chosen["drag"] = value if value in _DRAGS else "select"
+        self._change(f"{{dragmode: '{self.chosen['drag']}'}}")
+
+    def _change(self, change: str) -> None:
+        ui.run_javascript(_DRAG % {"ids": self.ids, "change": change})
 
     async def _set(self, name: str, value: Any) -> None:
         self.chosen[name] = value if isinstance(value, bool) else str(value or "")
@@ -156,7 +178,9 @@ class _Explorer:
         with self.place, ui.element("div").classes("pictures"):
             for figure in figures:
                 plots.append(_picture(figure))
-        ids = [p.id for p in plots]
+        self.ids = ids = [p.id for p in plots]
+        for plot in plots:
+            plot.figure["layout"]["dragmode"] = self.chosen["drag"]
         for plot in plots:
             script = _BRUSH % {"ids": ids, "whole": str(bool(self.chosen["whole"])).lower(), "own": plot.id}
             for event in ("plotly_selected", "plotly_deselect"):
@@ -192,10 +216,8 @@ def _picture(figure: ReadFigure) -> ui.plotly:
     frame = ui.element("div").classes("plot narrow")
     frame.props.update({"role": "figure", "aria-label": figure.description})
     with frame:
-        config = {
-            "responsive": True, "displaylogo": False, "scrollZoom": True,
-            "modeBarButtons": [["select2d", "lasso2d", "zoom2d", "pan2d", "resetScale2d", "toImage"]],
-        }  # fmt: skip
+        # plotly's own bar of buttons brings Chromium to a stand for minutes, and keys do not reach it.
+        config = {"responsive": True, "displayModeBar": False, "scrollZoom": True}
         plot = ui.plotly(
             {"data": figure.data, "layout": {**figure.layout, "autosize": True}, "config": config}
         )

@@ -46,7 +46,7 @@ async def show(view: View) -> None:
 
 
 def _sizes(view: View) -> list[tuple[str, int]]:
-    found = sorted(view.project.fmus(), key=lambda p: -p.stat().st_mtime)
+    found = sorted([*view.project.fmus(), *view.project.systems()], key=lambda p: -p.stat().st_mtime)
     return [(view.project.relative(p), p.stat().st_size) for p in found]
 
 
@@ -89,6 +89,9 @@ def _pack(view: View, models: list[str], model: str) -> None:
                 lambda v: changed("platforms", tuple(v)), multiple=True,
             )  # fmt: skip
             names.props("use-chips").style("min-width: 270px")
+            named = ui.input("Name inside the FMU", value=options.name)
+            named.props("outlined dense").classes("choice").props["hint"] = "made of the model without one"
+            named.on_value_change(lambda e: changed("name", str(e.value or "").strip()))
         for name, words in SWITCHES.items():
             ui.checkbox(
                 words, value=getattr(options, name), on_change=lambda e, n=name: changed(n, bool(e.value))
@@ -106,6 +109,9 @@ def _file(view: View, path: str, size: int) -> None:
             if has_page(view.project.inside(path)):
                 page = ui.link("Read its page", page_address(path), new_tab=True)
                 page.classes("button").props('rel="noopener"')
+        if path.endswith(".ssp"):
+            say("A system around the FMU; the FMU alone can be checked here.", "soft")
+            return
         action(view, check, "Check it")
         job = view.worker.last(check.arguments)
         if job is not None and job.state in {DONE, FAILED}:

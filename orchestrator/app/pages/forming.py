@@ -27,9 +27,11 @@ async def show(view: View) -> None:
         "Forming",
         "One process with several friction models: forces laid over each other and over the press, loads along the contact.",
     )
-    form = view.kept.setdefault("forming", first_form(view))
     waiting = say("One moment: the solver is being loaded.", "soft")
-    await asyncio.to_thread(processes)
+    known = await asyncio.to_thread(processes)
+    form = view.kept.setdefault(
+        "forming", FormState.of(view.project.kept("forming"), known) or first_form(view)
+    )
     waiting.delete()
     await ask(view, form)
     await _every_press_level(view, form)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Container, Mapping
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import PurePosixPath
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -44,6 +45,33 @@ class FormState:
     local_errors: bool = False
     name: str = ""
 
+    @classmethod
+    def of(cls, kept: Mapping[str, Any], known: Container[str]) -> FormState | None:
+        """Return the form as it was left; None where nothing was kept, or something else than a form.
+
+        Examples
+        --------
+        >>> FormState.of({"process": "fre", "stroke": 6.0}, ["fre"]).stroke
+        6.0
+        >>> FormState.of({"process": "fre", "stroke": "far"}, ["fre"]) is None
+        True
+        """
+        kinds: dict[str, type | tuple[type, ...]] = {
+            "process": str, "models": list, "constants": str, "values": dict, "levels": dict,
+            "stroke": (int, float, NoneType), "press": str, "local_errors": bool, "name": str,
+        }  # fmt: skip
+        if kept.get("process") not in known or not all(
+            n in kinds and isinstance(v, kinds[n]) for n, v in kept.items()
+        ):
+            return None
+        texts = [*kept.get("models", []), *kept.get("levels", {}).values()]
+        values = kept.get("values", {}).values()
+        # What a file names goes into command lines.
+        plain = all(is_name(v) if isinstance(v, str) else isinstance(v, int | float) for v in values)
+        if not plain or not all(isinstance(t, str) for t in texts):
+            return None
+        return cls(**kept)
+
 
 async def ask(view: View, form: FormState) -> None:
     """Show the form; it is made anew for another process, while other changes only change the command line."""
@@ -69,26 +97,28 @@ async def ask(view: View, form: FormState) -> None:
             line(command)
 
     def update() -> None:
+        view.project.keep("forming", asdict(form))
         button.refresh()
 
     def another(process: str) -> None:
         form.process, form.values, form.levels, form.stroke, form.press = process, {}, {}, None, ""
         fields.refresh()
-        button.refresh()
+        update()
 
     def curve(path: str) -> None:
         form.press = path
         if path:
             _as_pressed(form, curves[path])
         fields.refresh()
-        button.refresh()
+        update()
 
     curves = await asyncio.to_thread(_curves, view)
+    form.press = form.press if form.press in curves else ""
     with ui.element("div").classes("choices"):
         choice("Process", processes(), form.process, another)
         if curves:
             options = {"": "none", **{path: found.label for path, found in curves.items()}}
-            choice("Over a press curve", options, form.press if form.press in curves else "", curve)
+            choice("Over a press curve", options, form.press, curve)
     fields()
     own = own_models(view.project)
     with ui.element("div").classes("form"):

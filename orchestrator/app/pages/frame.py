@@ -22,14 +22,14 @@ from ..worker import CANCELLED, FAILED, RUNNING, Job, Worker
 from .parts import button, empty, gone, heading, say
 from .view import View
 
-#: Address, name and module of each page.
+#: Address, name and module of each page, in the order in which a new project needs them.
 PAGES = (
+    ("/measurements", "Measurements", "measurements"),
+    ("/explore", "Explore", "explore"),
     ("/", "What is missing", "missing"),
     ("/compare", "Compare", "compare"),
     ("/forming", "Forming", "forming"),
     ("/fmu", "FMU", "fmu"),
-    ("/explore", "Explore", "explore"),
-    ("/measurements", "Measurements", "measurements"),
     ("/reports", "Reports", "reports"),
 )
 LOOKS = {"auto": None, "light": False, "dark": True}
@@ -68,23 +68,11 @@ class Workbench:
             if gone(content):
                 return
             content.clear()
+            content.props("aria-busy=true")
             with content:
-                if found is None:
-                    empty("No such page", f"There is nothing at {path}.", ("What is missing", "/"))
-                    return
-                show = importlib.import_module(f".{found[2]}", __package__).show
-                try:
-                    await show(view)
-                except InputError as error:
-                    empty("This cannot be shown", str(error), ("Reports and history", "/reports"))
-                except Exception as error:
-                    if gone(content):
-                        return
-                    # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
-                    logging.getLogger("tribofmu.app").exception("page %s", path)
-                    content.clear()
-                    said = f"{type(error).__name__}: {shown(error)}"
-                    empty("This cannot be shown", said, ("Reports and history", "/reports"))
+                await self._fill(path, found[2] if found else "", view, content)
+            if not gone(content):
+                content.props(remove="aria-busy")
 
         seen = await asyncio.to_thread(self._state)
         # What takes long to read comes when it is ready; the page itself does not wait for it.
@@ -100,6 +88,24 @@ class Workbench:
                 await fill()
 
         ui.timer(TICK, tick)
+
+    async def _fill(self, path: str, module: str, view: View, content: ui.element) -> None:
+        """Show the page of a module, or why there is none."""
+        if not module:
+            empty("No such page", f"There is nothing at {path}.", ("What is missing", "/"))
+            return
+        try:
+            await importlib.import_module(f".{module}", __package__).show(view)
+        except InputError as error:
+            empty("This cannot be shown", str(error), ("Reports and history", "/reports"))
+        except Exception as error:
+            if gone(content):
+                return
+            # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
+            logging.getLogger("tribofmu.app").exception("page %s", path)
+            content.clear()
+            said = f"{type(error).__name__}: {shown(error)}"
+            empty("This cannot be shown", said, ("Reports and history", "/reports"))
 
     def _state(self) -> tuple[int, int]:
         """Return what a page depends on: the commands that ended, and what was decided."""

@@ -15,7 +15,7 @@ from friction_models.common.markup import bullets, table
 from .. import commands
 from ..loaded import loaded, stamp
 from ..project import Project
-from . import raw_set, tests_editor
+from . import raw_set, taken_in, tests_editor
 from .bring import bring
 from .frame import page_head
 from .parts import button, empty, heading, say, words
@@ -65,7 +65,7 @@ def _data_set(view: View, name: str, looked: dict[str, Any] | str, in_hand: str)
             if name == in_hand:
                 ui.link("Ask what is missing", "/").classes("button first")
             else:
-                button("Use it", partial(raw_set.use, view, name), "first")
+                button("Use it", partial(taken_in.use, view, name), "first")
             ui.link("Explore", f"/explore?data={name}").classes("button")
             if (view.project.root / name).is_dir():
                 ui.link("Edit the test table", f"/measurements?tests={name}").classes("button")
@@ -82,7 +82,9 @@ def _raw_sets(project: Project) -> None:
         for folder in sets:
             files = sum(1 for p in folder.iterdir() if p.is_file() and p.suffix not in {".yaml", ".yml"})
             with ui.element("div").classes("buttons"):
-                ui.link(f"{folder.name}: {files} files", f"/measurements?raw={folder.name}").classes("button")
+                ui.link(
+                    f"{folder.name}: {files} file{'s' * (files != 1)}", f"/measurements?raw={folder.name}"
+                ).classes("button")
 
 
 def _look(path: Path) -> dict[str, Any] | str:

@@ -42,8 +42,8 @@ async def show(view: View) -> None:
         page_head("What is missing")
         empty(
             "There are no measurements yet",
-            "Put a data set into the folder data of the project, or bring a file of points: the diagnosis compares a "
-            "friction model with what was measured.",
+            "Three steps from here: bring files that you measured, ask what a friction model is missing in them, and take the "
+            "improved model away as an FMU.",
             ("Bring measurements", "/measurements"),
         )
         return
@@ -56,6 +56,12 @@ async def show(view: View) -> None:
             "says which effect is missing, that nothing is, or that these tests cannot tell.",
         )
         _choices(view, story)
+        if story.model in commands.FAMILIES:
+            say(
+                "Without a model of your own, begin with linear: it is fitted to the measurements first, and is simple enough for "
+                "what it lacks to be seen.",
+                "soft",
+            )
         action(view, commands.diagnose(story.data, story.model), "Ask what is missing", first=True)
         _candidate(view, story)
         await _rounds(view, story, answer)
@@ -63,8 +69,9 @@ async def show(view: View) -> None:
     page_head(page.title)
     words(f"<p>{page.lead}</p>", "lead")
     badge(page)
-    _verdict(view, story, answer, page)
+    # What waits for a decision stands first.
     _candidate(view, story)
+    _verdict(view, story, answer, page)
     await _rounds(view, story, answer)
     section(page.section("budget"))
     section(page.section("evidence"), "What speaks for each effect")

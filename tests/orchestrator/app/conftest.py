@@ -9,7 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -55,3 +55,16 @@ def served(folder: Path, *options: str, **environment: str) -> Iterator[Served]:
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     """The example, served on this machine only."""
     yield from served(tmp_path_factory.mktemp("served") / "project")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Headless Chromium; not for a whole session, as it holds the event loop of its thread."""
+    from playwright.sync_api import sync_playwright
+
+    from .chromium import CHROMIUM
+
+    with sync_playwright() as play:
+        made = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield made
+        made.close()

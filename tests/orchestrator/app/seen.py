@@ -1,4 +1,4 @@
-"""Pages in NiceGUI's simulated browser, for the tests of single pages."""
+"""Pages in NiceGUI's simulated browser, for the tests of single pages; nobody types there, so the pages need not wait for the next letter."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import contextlib
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+import pytest
 from nicegui import ui
 from nicegui.testing import User
 from nicegui.testing.user_simulation import user_simulation
 
+from orchestrator.app.pages import frame, raw_set
 from orchestrator.app.pages.frame import Workbench
 from orchestrator.app.project import Project
 from orchestrator.app.worker import Worker
@@ -31,7 +33,10 @@ def look(project: Project, test: Callable[[User, Worker], Awaitable[None]]) -> N
         async with user_simulation(root=Workbench(project, worker).root) as user:
             await test(user, worker)
 
-    asyncio.run(whole())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(frame, "TICK", 0.03)
+        patch.setattr(raw_set, "PAUSE", 0.01)
+        asyncio.run(whole())
 
 
 def shown(user: User) -> str:
@@ -52,14 +57,21 @@ def figures(user: User) -> list[Any]:
     return [e.figure for e in user.client.elements.values() if isinstance(e, ui.plotly)]
 
 
+async def built(user: User) -> None:
+    """Wait until nothing more comes to the page by itself."""
+    client = user.client
+    assert client is not None
+    await until(lambda: not any("aria-busy" in e.props for e in list(client.elements.values())))
+
+
 async def until(true: Callable[[], bool], seconds: float = 8.0) -> None:
     """Wait until something is so."""
-    for _ in range(int(seconds / 0.05)):
+    for _ in range(int(seconds / 0.01)):
         # A page that is being built lacks what is looked for.
         with contextlib.suppress(AssertionError, StopIteration):
             if true():
                 return
-        await asyncio.sleep(0.05)
+        await asyncio.sleep(0.01)
     raise AssertionError("it did not come")
 
 

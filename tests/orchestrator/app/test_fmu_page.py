@@ -40,7 +40,10 @@ def test_the_options_of_pack_follow_the_fields(project: Project) -> None:
         await user.open("/fmu")
         labelled(user, ui.select, "FMI version").set_value("3.0")
         labelled(user, ui.number, "Contact points").set_value(4)
-        interval, arrays = sorted(user.find(ui.checkbox).elements, key=lambda e: "arrays" in e.text)
+        interval, arrays = (
+            next(c for c in user.find(ui.checkbox).elements if word in c.text)
+            for word in ("mu_low", "arrays")
+        )
         interval.set_value(True)
         await until(
             lambda: "--fmi 3.0 --nodes 4 --interval -o fmus/linear-fmi3-4-interval.fmu" in shown(user)
@@ -58,12 +61,29 @@ def test_the_options_of_pack_follow_the_fields(project: Project) -> None:
         labelled(user, ui.select, "Platforms").set_value([])
         labelled(user, ui.select, "FMI version").set_value("3.0")
         await until(lambda: wanted in shown(user))
+        labelled(user, ui.input, "Name inside").set_value("my friction")
+        await until(lambda: "A name inside the FMU is one as in C" in shown(user))
+        labelled(user, ui.input, "Name inside").set_value("press_4")
+        await until(
+            lambda: "--name press_4 --interval -o fmus/linear-fmi3-4-interval-press_4.fmu" in shown(user)
+        )
+        ssp = next(c for c in user.find(ui.checkbox).elements if "SSP" in c.text)
+        ssp.set_value(True)
+        await until(lambda: "--interval --ssp -o fmus/linear-fmi3-4-interval-press_4.ssp" in shown(user))
+        user.find("Pack as FMU").click()
+        ssp.set_value(False)
+        labelled(user, ui.input, "Name inside").set_value("")
+        await until(lambda: wanted in shown(user))
         user.find("Pack as FMU").click()
         lines.extend(waiting(worker))
 
     look(project, test)
-    (line,) = lines
-    assert run(shlex.split(line)[1:]) == 0
+    for line in lines:
+        assert run(shlex.split(line)[1:]) == 0
+    with zipfile.ZipFile(project.root / "fmus/linear-fmi3-4-interval-press_4.ssp") as system:
+        (inner,) = [n for n in system.namelist() if n.endswith(".fmu")]
+        with system.open(inner) as packed, zipfile.ZipFile(packed) as archive:
+            assert 'modelIdentifier="press_4"' in archive.read("modelDescription.xml").decode()
     with zipfile.ZipFile(project.root / "fmus/linear-fmi3-4-interval.fmu") as archive:
         description = archive.read("modelDescription.xml").decode()
     assert 'fmiVersion="3.0"' in description and "mu_high" in description

@@ -99,6 +99,22 @@ def test_what_was_filled_in_stays_when_a_command_ends(example: Project) -> None:
         user.find("Cancel").click()  # ends the command: the page is built again
         await until(lambda: "was cancelled" in shown(user))
         await until(lambda: "half_angle=31" in shown(user) and labelled(user, ui.number, "half").value == 31)
+        # Also when one goes to another page and comes back.
+        await user.open("/fmu")
+        await user.open("/forming")
+        await until(lambda: "half_angle=31" in shown(user) and labelled(user, ui.number, "half").value == 31)
+
+    look(example, test)
+
+
+@pytest.mark.parametrize("left", ['{"process": "fre", "values": {"half_angle": []}}', '{"process": "x"}', "[1", '{"process": "fre", "style": 1}', '{"process": "fre", "values": {"material": "../x"}}', '{"process": "fre", "press": "../x.csv"}'])  # fmt: skip
+def test_a_form_of_others_is_not_filled_in(example: Project, left: str) -> None:
+    (example.root / ".workbench/forming.json").write_text(left)
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/forming")
+        await until(lambda: "--process fre " in shown(user))
+        assert "--set" not in shown(user) and "--press" not in shown(user)
 
     look(example, test)
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +22,8 @@ from orchestrator.app.project import HISTORY, Project
 from orchestrator.app.worker import Worker
 from orchestrator.cli.main import run
 
-from .test_pages import HOSTILE, figures, look, shown, storage, waiting
+from .seen import built, figures, look, shown, until, waiting
+from .test_pages import HOSTILE, storage
 
 assert storage  # a fixture that holds here, too
 
@@ -35,15 +34,6 @@ OIL = "test,v_mm_s,load_N,sigma_n_MPa,mu\n" + "".join(
 
 def file(name: str, text: str) -> SmallFileUpload:
     return SmallFileUpload(name, "text/csv", text.encode())
-
-
-async def until(what: Callable[[], bool]) -> None:
-    """Wait until something holds; far longer than it takes."""
-    for _ in range(200):
-        if what():
-            return
-        await asyncio.sleep(0.05)
-    raise AssertionError("it never came")
 
 
 def fields(user: User, kind: type[Any], label: str) -> list[Any]:
@@ -142,7 +132,7 @@ def test_records_are_mapped_with_units_phases_and_zero_readings(tmp_path: Path) 
         await until(lambda: (project.root / "raw/rig/channels.yaml").is_file())
         assert "sliding" in (project.root / "raw/rig/channels.yaml").read_text()
         fields(user, ui.number, "moving mass [kg]")[0].set_value(25)
-        await asyncio.sleep(0.6)
+        await until(lambda: "moving_mass" in shown(user))
         user.find("Take in the records").click()
         await until(lambda: bool(waiting(worker)))
         assert waiting(worker) == ["tribofmu ingest raw/rig --map raw/rig/channels.yaml -o campaigns/rig"]
@@ -269,7 +259,7 @@ def test_columns_of_others_stay_text(tmp_path: Path) -> None:
     async def test(user: User, worker: Worker) -> None:
         await user.open("/measurements?raw=bad")
         await until(lambda: "What each column is" in shown(user))
-        await asyncio.sleep(0.3)
+        await built(user)
         assert user.client is not None
         for element in user.client.elements.values():
             if isinstance(element, ui.html):

@@ -26,14 +26,16 @@ from orchestrator.app.pages.frame import PAGES
 from orchestrator.app.project import HISTORY, Project
 from orchestrator.app.worker import Worker
 
+from .chromium import CHROMIUM, PATIENCE, Watched
 from .conftest import Served
-from .test_browser import CHROMIUM, PATIENCE, Watched, browser
-from .test_pages import HOSTILE, look, storage
+from .seen import look
+from .test_pages import HOSTILE, storage
 
-assert storage and browser  # fixtures that hold here, too
+assert storage  # a fixture that holds here, too
 
 ACTIONS = int(os.environ.get("TRIBOFMU_MONKEY", "25"))
 CLICKS = int(os.environ.get("TRIBOFMU_MONKEY_CLICKS", "0"))
+SEED = int(os.environ.get("TRIBOFMU_MONKEY_SEED", "4"))
 TEXTS = ("", "0", "-1", "1e309", "nan", "mu", "K", "MPa", "*", "../..", HOSTILE, "'; drop", ":js", "\x00", "x" * 600, "{test_id}", "a=b; c", "ä µ ²")  # fmt: skip
 TABLE = "test,v_mm_s,sigma_n_MPa,mu\n" + "".join(f"t{k},{1 + k % 3},{1 + k},0.{50 - k}\n" for k in range(12))
 
@@ -95,7 +97,7 @@ def test_random_actions_leave_no_exception(tmp_path: Path, caplog: pytest.LogCap
         for _ in range(ACTIONS):
             with contextlib.suppress(AssertionError):  # a page that is just being built has no such element
                 done.append(await act(user, draw))
-            await asyncio.sleep(draw.choice((0.0, 0.0, 0.02, 0.4)))
+            await asyncio.sleep(draw.choice((0.0, 0.0, 0.01, 0.1)))
             wrong = [r.getMessage() + str(r.exc_info) for r in caplog.records if r.levelno >= logging.ERROR]
             assert wrong == [], done[-8:]
 
@@ -108,12 +110,18 @@ def test_random_actions_leave_no_exception(tmp_path: Path, caplog: pytest.LogCap
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None or not CLICKS, reason="make monkey lets it into Chromium")
 def test_random_clicks_leave_the_console_empty(browser: Any, server: Served) -> None:
-    draw = random.Random(4)
+    from playwright.sync_api import Error
+
+    draw = random.Random(SEED)
     tab = Watched(browser, server)
     tab.context.set_default_timeout(5000)
     for number in range(CLICKS):
         if number % 12 == 0:
-            tab.page.goto(f"{tab.own}{draw.choice(addresses())}", timeout=PATIENCE)
+            try:
+                tab.page.goto(f"{tab.own}{draw.choice(addresses())}", timeout=PATIENCE)
+            except Error as error:
+                # The click before was on a link whose page had not come yet; what does not come at all is a hang.
+                assert "interrupted by another" in str(error) or "ERR_ABORTED" in str(error), (number, error)
         found = tab.page.locator(
             "button:visible, a:visible, input:visible, .q-select:visible, .js-plotly-plot:visible"
         )

@@ -109,11 +109,11 @@ def test_before_and_after_then_accepted_then_taken_back(loop: Project) -> None:
         user.find("Accept").click()
         await user.should_see("The rounds so far", retries=30)
         steps: list[Any] = []
-        for _ in range(100):  # the picture comes behind its heading
+        for _ in range(800):  # the picture comes behind its heading
             steps = [f for f in figures(user) if f["layout"]["yaxis"]["title"]["text"] == "RMS error of mu"]
             if steps:
                 break
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(0.01)
         assert steps[0]["data"][0]["y"] == pytest.approx([only["before"]["rmse"], only["after"]["rmse"]])
         assert only["after"]["rmse"] < only["before"]["rmse"]
         await user.should_see("What is the linear-stribeck model missing?")
