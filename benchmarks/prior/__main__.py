@@ -9,6 +9,7 @@ from pprint import pformat
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+from .others import rows_of_others
 from .study import answers, fitted, measure
 
 
@@ -22,7 +23,7 @@ def main() -> None:
     chosen = parser.parse_args()
     if chosen.campaigns:
         rows = answers(chosen.out, range(chosen.first, chosen.first + chosen.campaigns))
-        print(pformat(fitted(rows), sort_dicts=False))
+        print(pformat(fitted(rows, rows_of_others(chosen.out, apart=False)), sort_dicts=False))
     if chosen.judge:
         part = measure(chosen.out, chosen.judge)
         print("\n".join([part["text"], *part["lines"]]))
