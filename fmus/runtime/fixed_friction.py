@@ -296,9 +296,9 @@ class FmuModel:
         verb = "does" if len(missing) == 1 else "do"
         return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
-        """Return mu for a table with the columns of the contract, with the index of the table."""
-        return pd.Series(self.predict(TriboLoads.from_frame(data, tests)), data.index, name="mu")
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return mu for a table with the columns of the contract."""
+        return self.predict(TriboLoads.from_frame(data, tests))
 
     def predict(self, loads: TriboLoads | npt.ArrayLike) -> FloatArray:
         """Return mu at `loads` (`TriboLoads` or array of shape (n, 5)), shape (n,).

@@ -10,7 +10,7 @@ from forming.fe.body import Body
 from forming.fe.heat.surface_layer import SurfaceLayer
 from forming.fe.heat.tool_field import ToolField, ToolSteel
 from forming.fe.markers import SurfaceMarkers
-from forming.fe.state import Energy, OldMesh, Record, State
+from forming.fe.state import Energy, Loading, OldMesh, Record, State
 from forming.fe.surface_loads import SurfaceLoads
 from forming.fe.tooling import Tool
 from forming.materials.materials import material_from_dict
@@ -38,6 +38,7 @@ class FormingSolver(Solver):
         OldMesh,
         Energy,
         Record,
+        Loading,
     )
     #: Writes the fields where the environment asks for them; it only looks, and is no part of the state.
     fields: FieldWriter | None = None

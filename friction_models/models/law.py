@@ -188,8 +188,8 @@ class FrictionLaw(RegressorMixin, BaseEstimator):
         require_loads(points, self.needed_loads, f"the {self.name} model")
         return points
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
-        """Return mu for a table with the columns of the contract (mu itself is not needed), with the index of the table.
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return mu for a table with the columns of the contract (mu itself is not needed).
 
         Examples
         --------
@@ -197,7 +197,7 @@ class FrictionLaw(RegressorMixin, BaseEstimator):
         >>> ConstantFriction(0.08).predict_frame(pd.DataFrame({"sigma_n": [500.0, 900.0]})).tolist()
         [0.08, 0.08]
         """
-        return pd.Series(self.predict(TriboLoads.from_frame(data, tests)), data.index, name="mu")
+        return self.predict(TriboLoads.from_frame(data, tests))
 
     @property
     def interval(self) -> PredictionInterval | None:

@@ -170,8 +170,8 @@ class OnnxModel:
         mu, following = self._session.run(["mu", "state_next"], feed)
         return mu[:, 0], following
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
-        """Return mu for a table of points, with the index of the table.
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
+        """Return mu for a table of points, shape (n,).
 
         With memory the states run through every test in the order of its time: they advance over the
         time since the previous point (without `t`: over distance by speed), then mu is taken; the first
@@ -181,7 +181,7 @@ class OnnxModel:
         loads = TriboLoads.from_frame(data, tests)
         require_loads(loads, self.needed_loads, str(self.path))
         if not self.states and not self.system_variables:
-            return pd.Series(self.predict(loads), data.index, name="mu")
+            return self.predict(loads)
         loads, order = loads.in_order(memory=bool(self.states))
         parts = [part for part in loads.segments() if part.stop > part.start]
         dt = time_steps(loads, [part.start for part in parts])
@@ -191,7 +191,7 @@ class OnnxModel:
             own, constant = matrix[part], system[part.start]
             states = self._history(own, dt[part], pause[part], constant)
             mu[order[part]] = self.predict(own, states, constant)
-        return pd.Series(mu, data.index, name="mu")
+        return mu
 
     def _history(
         self, loads: FloatArray, dt: FloatArray, pause: FloatArray, system: FloatArray

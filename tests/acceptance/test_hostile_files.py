@@ -35,6 +35,7 @@ NO_FILES = {
     *("predict-sct.parameters", "coverage.column", "coverage.rig", "coverage.json", "coverage.report"),
     *("coverage.plan", "attribute.causes", "attribute.runs", "attribute.json"),
     *("lab.lubricant", "lab.file_format", "diagnose.plan", "refine.report", "attribute.report"),
+    *("cards.search", "cards.json", "cards.report"),
     *("compare.report", "study learning-curve.out", "study learning-curve.scheduler", "study forming-error.out"),
     *("study forming-error.scheduler", "study lag.out", "study lag.model", "study lag.process", "study lag.scheduler"),
     *("study extrapolation.out", "study extrapolation.model", "study extrapolation.process"),

@@ -1,8 +1,8 @@
-"""How sure a verdict is: the share of such answers that are right over a broad prior of made-up campaigns.
+"""How sure a verdict is: the share of such answers that are right over made-up campaigns.
 
-``python -m benchmarks.prior`` draws the campaigns (laws, plans and noises of its own), diagnoses them, and fits one logistic
-regression for each kind of verdict to `grounds`. Its numbers stand here; how well they hold on other campaigns stands in
-``docs/benchmarks.md``.
+``python -m benchmarks.prior`` draws campaigns of a broad prior (laws, plans and noises of its own), diagnoses them, and fits one
+logistic regression for each kind of verdict to `grounds`; where an effect is named, campaigns of two other authors count as much.
+Its numbers stand here; how well they hold on other campaigns stands in ``docs/benchmarks.md``.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ LIMITS = (0.02, 0.98)
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.
 WEIGHTS: dict[str, tuple[float, dict[str, float]]] = {
-    "named": (-1.73, {"certain": 0.29, "gap": 1.08, "explained": 1.97}),
-    "ambiguous": (-3.14, {"certain": 0.53, "held": 0.83}),
+    "named": (-0.46, {"certain": 0.46, "gap": 1.3}),
+    "ambiguous": (0.19, {"certain": 0.12, "held": 0.53}),
     "unknown_structure": (-3.93, {"reference": 0.32, "missing": 0.18, "log_tests": 0.65}),
     "nothing_missing": (-3.51, {"seen": -1.04, "log_tests": 2.08, "missing": -0.73, "structure": -1.29}),
 }
@@ -39,7 +39,7 @@ def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tes
     dict of str to float
         ``seen``: minus log10 of the p-value of the first effect. ``certain``: standard errors by which the last name lowers
         the error on unseen tests. ``gap``: lead in evidence over the best effect that the answer does not hold, as a share.
-        ``explained``, ``missing``: shares of the squared error of the base.
+        ``missing``: share of the squared error of the base.
         ``held``: names that the answer holds, rivals included. ``reference``: standard errors by which the
         flexible reference is better. ``structure``: minus log10 of the p-value of structure. ``log_tests``: logarithm of the
         number of tests.
@@ -50,7 +50,6 @@ def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tes
         "seen": _powers(evidence.p_value),
         "certain": float(np.clip(confirmed.certain, 0.0, MOST_CERTAIN)),
         "gap": _gap(found, held),
-        "explained": shares.explained / shares.base if shares is not None else 0.0,
         "missing": shares.missing / shares.base if shares is not None else 0.0,
         "held": float(len(held)),
         "reference": min(shares.certainty, MOST_SURE) if shares is not None else 0.0,
@@ -77,7 +76,7 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
 
     Examples
     --------
-    >>> grounds = {"seen": 2.7, "certain": 6.0, "gap": 0.8, "explained": 0.9, "log_tests": 3.7}
+    >>> grounds = {"seen": 2.7, "certain": 6.0, "gap": 0.8, "log_tests": 3.7}
     >>> confidence("explained", grounds) > confidence("explained", {**grounds, "certain": 1.0})
     True
     """

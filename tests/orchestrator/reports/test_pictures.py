@@ -64,10 +64,3 @@ def test_a_notebook_shows_the_report_and_no_markup_of_others(found: Diagnosis) -
     found.model, before = "<b>own</b>", found.model
     assert "<b>" not in found._repr_html_() and "&lt;b&gt;" in found._repr_html_()
     found.model = before
-
-
-def test_mu_of_a_table_has_its_index(data: pd.DataFrame) -> None:
-    some = data.iloc[5:9]
-    mu = LinearFriction().fit_frame(data).predict_frame(some)
-    assert isinstance(mu, pd.Series) and mu.index.tolist() == [5, 6, 7, 8]
-    assert np.abs(mu - some["mu"]).max() < 0.05
