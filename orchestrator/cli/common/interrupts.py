@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,17 +18,23 @@ class _Noticed:
 
 @contextmanager
 def watched() -> Iterator[None]:
-    """Notice interrupts in this block; they are raised as usual."""
+    """Notice interrupts in this block; they are raised as usual.
+
+    One that hits where nothing can be raised, such as in a callback of the import system, is not printed: `received` tells of it.
+    """
     _Noticed.received = False
     before = signal.getsignal(signal.SIGINT)
     if before is signal.SIG_IGN or threading.current_thread() is not threading.main_thread():
         yield  # a shell lets its background jobs ignore them
         return
+    told = sys.unraisablehook
     signal.signal(signal.SIGINT, _notice)
+    sys.unraisablehook = lambda lost: None if lost.exc_type is KeyboardInterrupt else told(lost)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+        sys.unraisablehook = told
 
 
 def _notice(number: int, frame: Any) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from pathlib import Path
 
 import pandas as pd
@@ -9,6 +12,7 @@ import pytest
 
 from friction_models import LinearFriction
 from friction_models.loads import DataSet
+from orchestrator.cli.common import interrupts
 from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.processes import COMMAND, imports, interrupted, needs_proc
 from tests.orchestrator.tiny_fmus import slow_process
@@ -85,3 +89,18 @@ def test_an_interrupt_in_a_component_is_none_of_its_errors(place: Path) -> None:
         "tribofmu: interrupted at t = 0 s; nothing was written, as no step was complete"
     )
     assert not (place / "run").exists()
+
+
+def test_an_interrupt_where_nothing_can_be_raised_is_noticed_and_not_printed(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    class Held:
+        def __del__(self) -> None:  # what a destructor raises goes to `sys.unraisablehook`
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+
+    with interrupts.watched():
+        held = Held()
+        del held
+        assert interrupts.received()
+    assert capfd.readouterr().err == ""
