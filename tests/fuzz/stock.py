@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from friction_models import cards
 from orchestrator.cli.main import run
 from sct_twin.ingest.campaign_files import ingest
 from sct_twin.records.channels import CHANNELS
@@ -33,6 +34,7 @@ GOOD = {
     **{"fmu": "good.fmu", "ssp": "good.ssp", "onnx": "model.onnx", "csv": "points.csv", "parquet": "more/points.parquet"},
     **{"coverage.history": "more/numbered.csv", "coverage.data": "more/numbered.csv", "study learning-curve.data": "more/six.csv"},
     **{"study lag.data": "more/six.csv", "study forming-error.data": "more/six.csv", "study extrapolation.data": "more/six.csv"},
+    **{"cards.name": "more/cards/bad.yaml", "cards.folder": "more/cards", "train.card": "more/cards/bad.yaml"},
     **{"diagnose.after": "more/before.json", "points.columns": "more/points.yaml", "tests": "data/tests.csv", "names": "more/names.yaml", "compare.system": "a/b/c/system.yaml"},
 }  # fmt: skip
 FOREIGN = {"notes.txt": b"years of work\n", "sub/data.csv": b"a,b\n1,2\n", "results.nc": b"not ours\n"}
@@ -81,10 +83,18 @@ def make_stock(root: Path) -> Path:
         "error_budget": budget,
     }
     (more / "before.json").write_text(json.dumps(answer), encoding="utf-8")
+    _card(more / "cards")
     _measured(more)
     _press(more / "press")
     assert run(["simulate", str(root / "a/b/c/system.yaml"), "-o", str(more / "run")]) == 0
     return root
+
+
+def _card(folder: Path) -> None:
+    """A card as one that comes with the package, under the name that a damaged copy of it has, too."""
+    folder.mkdir()
+    text = (Path(cards.__file__).parent / "data" / "rock-byerlee.yaml").read_text(encoding="utf-8")
+    (folder / "bad.yaml").write_text(text.replace("name: rock-byerlee", "name: bad"), encoding="utf-8")
 
 
 def _measured(more: Path) -> None:
