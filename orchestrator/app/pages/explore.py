@@ -131,7 +131,7 @@ class _Explorer:
                 "Pick whole tests", value=chosen["whole"], on_change=lambda e: self._set("whole", e.value)
             )
         with ui.element("div").classes("choices"):
-            choice("Drawing with the mouse", _DRAGS, chosen["drag"], self._drag).classes("short")
+            choice("Drawing with the mouse", _DRAGS, chosen["drag"], self._drag)
             button(
                 "Whole picture", lambda: self._change("{'xaxis.autorange': true, 'yaxis.autorange': true}")
             )
