@@ -17,6 +17,21 @@ MOST_EMPTY = 0.5
 MOST_LEVELS = 0.7
 #: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
+#: What an evaluation of the records writes beside the settings of a test. It follows from the points, mu_mean from mu itself: taken
+#: for metadata, it would predict what is to be explained.
+EVALUATED = (
+    *(
+        "contact_area",
+        "upset_height",
+        "T_start",
+        "sliding",
+        "mu_mean",
+        "mu_noise",
+        "sigma_n_mean",
+        "psi_mean",
+    ),
+    *("T_mean", "v_mean", "sigma_n_shear", "F_n_zero"),
+)
 
 
 def about_table(loads: TriboLoads) -> list[str]:
@@ -96,6 +111,8 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
         return columns
     filled = with_all_metadata(loads, [c for c in loads.context.columns if str(c) not in NOT_METADATA])
     for name in map(str, loads.context.columns):
+        if name in EVALUATED:
+            continue
         values = filled.context_column(name)
         if values is None or bool(pd.isna(values).any()):
             continue

@@ -200,3 +200,19 @@ def test_two_groups_of_tests_are_in_the_sentence() -> None:
     assert answer.unrecorded_factor is not None and answer.verdict == "nothing_missing"
     assert answer.confidence <= 0.5
     assert "two groups 0.04" in answer.sentence and "(30 and 51 tests)" in answer.sentence
+
+
+def test_averages_that_an_evaluation_wrote_are_no_metadata() -> None:
+    """The mean of mu of a test would predict what is to be explained."""
+    rng = np.random.default_rng(2)
+    frames = []
+    for k in range(16):
+        level = 0.08 + 0.01 * rng.normal()
+        mu = level + 0.001 * rng.normal(size=20)
+        frames.append(pd.DataFrame({"test_id": f"t{k:02d}", "v_rel": 10.0 * (1 + k % 4), "mu": mu}))
+    data = pd.concat(frames, ignore_index=True)
+    means = data.groupby("test_id")["mu"].mean().rename("mu_mean").reset_index()
+    found = diagnose(data, means)
+    assert found.verdict == "nothing_missing" and found.effects == []
+    named = diagnose(data, means.rename(columns={"mu_mean": "lot_value"}))
+    assert named.effects == ["factor:lot_value"]  # the same numbers as a column of the laboratory
