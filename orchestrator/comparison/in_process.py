@@ -16,6 +16,7 @@ from friction_models.common import InputError
 from friction_models.common.ranges import check_range, is_number
 
 from ..cosim.ready_made import STEP, STROKE, extrusion_system
+from ..force_curves.forces import ForceCurve
 from ..jobs.job import Progress
 from .in_one_system import RunsComparison, compare_in_system
 from .study_folder import study_folder
@@ -111,6 +112,10 @@ class LevelsOfProcess:
         """Return why runs failed, by level and model."""
         single = {f"{n}, {m}": error for n, runs in self.levels.items() for m, error in runs.failed.items()}
         return {**dict(self.failed), **single}
+
+    def against(self, measured: Sequence[ForceCurve]) -> LevelsOfProcess:
+        """Return the runs of every level held against the repeats of a press curve; see `RunsComparison.against`."""
+        return LevelsOfProcess({n: runs.against(measured) for n, runs in self.levels.items()}, self.failed)
 
     def to_dict(self) -> dict[str, object]:
         """Return JSON-able data: the runs of every level."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +12,7 @@ import typer
 
 from friction_models.common import InputError, atomic_path, unknown_name
 
-from ..common.console import keeping, progress, say, write_page, write_result
+from ..common.console import Tick, keeping, progress, say, write_page, write_result
 from ..common.files_named import Commands, Reads, Writes
 from ..common.options import (
     Isolate,
@@ -261,18 +262,27 @@ def _run_process(
     local_errors: bool,
     measured: Sequence[ForceCurve] | None,
 ) -> LevelsOfProcess:
-    from ...comparison.in_process import LevelsOfProcess, compare_in_process
+    from ...comparison.in_process import compare_in_process
 
+    with _runs(runs, mode) as tick:
+        result = compare_in_process(plan, named, runs, _foreign(named, names), mode, jobs, tick, local_errors)
+    result = result if measured is None else result.against(measured)
+    _tell(result)
+    return result
+
+
+@contextmanager
+def _runs(runs: Path | None, mode: str) -> Iterator[Tick]:
+    """Check the mode, show the progress of runs, and say what an interrupt keeps."""
     _check_mode(mode)
     with keeping(lambda: _kept(runs)), progress("runs", says_time=True) as tick:
-        result = compare_in_process(plan, named, runs, _foreign(named, names), mode, jobs, tick, local_errors)
-    if measured is not None:
-        laid = {name: found.against(measured) for name, found in result.levels.items()}
-        result = LevelsOfProcess(laid, result.failed)
+        yield tick
+
+
+def _tell(result: LevelsOfProcess | RunsComparison) -> None:
     if result.synthetic:
         say("synthetic data involved")
     say(result.report())
-    return result
 
 
 def _kept(runs: Path | None) -> str:
@@ -311,16 +321,12 @@ def _run_system(
     from ...comparison.in_one_system import compare_in_system
     from ...cosim.system import System
 
-    _check_mode(mode)
-    with keeping(lambda: _kept(runs)), progress("runs", says_time=True) as tick:
+    with _runs(runs, mode) as tick:
         result = compare_in_system(
             System.load(system), named, runs, _foreign(named, names), mode, jobs, tick, local_errors
         )
-    if measured is not None:
-        result = result.against(measured)
-    if result.synthetic:
-        say("synthetic data involved")
-    say(result.report())
+    result = result if measured is None else result.against(measured)
+    _tell(result)
     return result
 
 
