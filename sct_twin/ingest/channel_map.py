@@ -6,16 +6,14 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError
 from friction_models.common.ranges import is_number
-from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
-from ..records.cells import Cell, check_keys, column_entry, is_given
+from ..records.cells import Cell, column_entry, is_given, map_content
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
 from ..records.units import channel_conversion, scale_factor
@@ -26,7 +24,6 @@ from .phase_files import PhaseFiles, join
 #: How a channel map is given: a YAML file, or its content.
 Map = str | os.PathLike[str] | Mapping[str, Any] | None
 #: A channel map is a page of text.
-_MAX_BYTES = 1_000_000
 _KEYS = ("channels", "moving_mass", "metadata", "phases", "despike", "low_pass", "test_id")
 _COLUMN_KEYS = ("quantity", "unit", "sign", "offset", "scale", "sensitivity", "std")
 
@@ -114,19 +111,7 @@ class ChannelMap:
         """
         if source is None:
             return cls()
-        where = "channel map"
-        content: Any = source
-        if not isinstance(source, Mapping):
-            where = str(source)
-            path = Path(source)
-            if not path.is_file():
-                raise InputError(f"{path}: no such file; allowed: a YAML file with a channel map")
-            if path.stat().st_size > _MAX_BYTES:
-                raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
-            content = read_yaml(path)
-        if not isinstance(content, Mapping):
-            raise InputError(f"{where}: holds {type(content).__name__}, allowed: keys {', '.join(_KEYS)}")
-        check_keys(content, _KEYS, where)
+        content, where = map_content(source, "channel map", _KEYS)
         columns = _columns(content.get("channels"), where)
         mass = content.get("moving_mass")
         if mass is not None and not (is_number(mass) and 0.0 <= mass < 1e5):

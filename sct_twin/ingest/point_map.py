@@ -6,21 +6,18 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
 from friction_models.common.ranges import is_number
 from friction_models.common.units import conversion
-from friction_models.common.yaml_files import read_yaml
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
 
-from ..records.cells import Cell, check_keys, column_entry
+from ..records.cells import Cell, check_keys, column_entry, map_content
 from ..records.channels import check_scale
 
 #: How a point map is given: a YAML file, or its content.
 PointMapSource = str | os.PathLike[str] | Mapping[str, Any] | None
-_MAX_BYTES = 1_000_000
 _KEYS = ("columns", "only", "file_name", "metadata")
 _COLUMN_KEYS = ("quantity", "unit", "sign", "test_table")
 #: A name of a column of the test table, and of a part of a file name.
@@ -154,18 +151,7 @@ class PointMap:
         """
         if source is None:
             return cls()
-        where = "point map"
-        content: Any = source
-        if not isinstance(source, Mapping):
-            where, path = str(source), Path(source)
-            if not path.is_file():
-                raise InputError(f"{path}: no such file; allowed: a YAML file with a point map")
-            if path.stat().st_size > _MAX_BYTES:
-                raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
-            content = read_yaml(path)
-        if not isinstance(content, Mapping):
-            raise InputError(f"{where}: holds {type(content).__name__}; allowed: keys {', '.join(_KEYS)}")
-        check_keys(content, _KEYS, where)
+        content, where = map_content(source, "point map", _KEYS)
         return cls(
             _columns(content.get("columns"), where),
             _only(content.get("only"), where),

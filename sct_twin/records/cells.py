@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.yaml_files import read_yaml
 
+#: Largest file of a map of columns.
+MAX_MAP_BYTES = 1_000_000
 #: What a cell of a test table holds.
 Cell = str | float | None
 
@@ -41,3 +46,28 @@ def column_entry(entry: Any, keys: Sequence[str], here: str) -> Mapping[str, Any
         raise InputError(f"{here}: {entry!r}; allowed: {', '.join(keys)}")
     check_keys(entry, keys, here)
     return entry
+
+
+def map_content(
+    source: str | os.PathLike[str] | Mapping[str, Any], what: str, keys: Sequence[str]
+) -> tuple[Mapping[str, Any], str]:
+    """Return the content of a map of columns (a YAML file, or what such a file holds), and how messages name it.
+
+    Raises
+    ------
+    InputError
+        No such file, too large, unreadable YAML, no keys, or unknown ones.
+    """
+    where = what
+    content: Any = source
+    if not isinstance(source, Mapping):
+        where, path = str(source), Path(source)
+        if not path.is_file():
+            raise InputError(f"{path}: no such file; allowed: a YAML file with a {what}")
+        if path.stat().st_size > MAX_MAP_BYTES:
+            raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {MAX_MAP_BYTES}")
+        content = read_yaml(path)
+    if not isinstance(content, Mapping):
+        raise InputError(f"{where}: holds {type(content).__name__}; allowed: keys {', '.join(keys)}")
+    check_keys(content, keys, where)
+    return content, where
