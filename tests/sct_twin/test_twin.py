@@ -16,9 +16,11 @@ import pytest
 import xarray as xr
 
 from friction_models.common import InputError
+from friction_models.estimation.campaign.metadata import EVALUATED, metadata_columns
 from friction_models.loads import POINT_COLUMNS, DataSet
 from sct_twin import RawCampaign, SctTwin, TwinResult
 from sct_twin.ingest.campaign_files import ingest
+from sct_twin.twin import contact_diameter
 from sct_twin.twin.test_result import read_netcdf
 from sct_twin.virtual_lab import load_truth
 
@@ -65,6 +67,19 @@ def test_points_are_a_data_set(twinned: tuple[TwinResult, Path]) -> None:
     assert np.allclose(data.points["mu"], result.points["mu"])
     loads = data.loads()
     assert loads.context_column("T_tool") is not None
+
+
+def test_what_the_twin_adds_to_the_test_table_is_no_metadata(
+    tiny: RawCampaign, twinned: tuple[TwinResult, Path]
+) -> None:
+    result, folder = twinned
+    settings = set(metadata_columns(DataSet.load(folder).loads()))
+    added = set(result.tests.columns) - set(tiny.tests.columns)
+    assert {"mu_mean", "psi_mean"} <= added, "it adds averages that follow from mu"
+    contact = {"flow_stress_ratio", contact_diameter.USE, "contact_diameter_remark"}
+    assert contact <= EVALUATED, "added where a diameter was measured"
+    assert not settings & added
+    assert "T_tool" in settings
 
 
 def test_averages_are_a_data_set_beside(twinned: tuple[TwinResult, Path]) -> None:
