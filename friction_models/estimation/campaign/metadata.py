@@ -20,10 +20,23 @@ NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 #: What an evaluation of the records writes beside the settings of a test. It follows from the points, mu_mean from mu itself: taken
 #: for metadata, it would predict what is to be explained.
 EVALUATED = frozenset(
-    """
-    contact_area upset_height T_start sliding mu_mean mu_noise sigma_n_mean psi_mean T_mean v_mean sigma_n_shear F_n_zero
-    flow_stress_ratio contact_diameter_use contact_diameter_remark
-    """.split()
+    [
+        "contact_area",
+        "upset_height",
+        "T_start",
+        "sliding",
+        "mu_mean",
+        "mu_noise",
+        "sigma_n_mean",
+        "psi_mean",
+        "T_mean",
+        "v_mean",
+        "sigma_n_shear",
+        "F_n_zero",
+        "flow_stress_ratio",
+        "contact_diameter_use",
+        "contact_diameter_remark",
+    ]
 )
 
 
