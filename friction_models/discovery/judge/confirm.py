@@ -12,7 +12,7 @@ from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.reference import Reference
 from ...estimation.noise.repeats import Repeats, repeats_of
-from ...estimation.search.scan import Fit
+from ...estimation.search.scan import Fit, Projector
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace, places_of
 from ...estimation.search.unseen_loads import AS_GOOD
@@ -45,6 +45,9 @@ TRIED = 3
 CERTAIN = 2.0
 #: Share of the gain of the first effect below which another one is no rival.
 WORTH = 0.25
+#: A rival of at least this share of the gain of the first effect stays where the tests do not agree by so many standard errors
+#: that the first follows them better (Vuong, Econometrica 57 (1989) 307): laws of others may differ from test to test.
+AS_LIKELY, AGREED = 0.5, 1.0
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
@@ -99,6 +102,9 @@ class Confirm:
                 verdict = named if kept else "nothing_missing"
             elif not self._shares([]).missing > 0.0:
                 verdict = "nothing_missing"
+            elif kept and self._shares(grown := self._grown(kept[:1], 2, further)).left < EXPLAINED:
+                # unseen tests are predicted about as well as they can be, whatever bends beside the names
+                verdict, chosen = "partly_explained", grown
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
         kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
@@ -207,22 +213,24 @@ class Confirm:
         return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
 
     def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> tuple[str, ...]:
-        """Return effects that would leave hardly more in the place of one that is named.
+        """Return effects that would leave hardly more in the place of one that is named, or that some tests prefer to it.
 
         After those of the first one, each further name that has rivals stands before them.
         """
         first, *others = kept
         names = {f.name for f in kept}
-        own = self._straight_errors(kept).total
+        own, likelihood = self._straight_errors(kept).total, self._whitened_squares(kept)
+        tried = [
+            f
+            for f in self.found.ranking
+            if f.gain > WORTH * first.gain and f.name not in names and not self.found.just(first, f)
+        ]
         told: list[str] = []
-        if shares.missing > 0.0:
-            tried = [
-                f
-                for f in self.found.ranking
-                if f.gain > WORTH * first.gain and f.name not in names and not self.found.just(first, f)
-            ]
-            errors = {f.name: self._straight_errors([f, *others]).total for f in tried}
-            told += [name for name, total in errors.items() if np.mean(total) - np.mean(own) < shares.missing]
+        for f in tried:
+            more = float(np.mean(self._straight_errors([f, *others]).total) - np.mean(own))
+            agreed = lead(self._whitened_squares([f, *others]), likelihood)[1]
+            if more < shares.missing or (f.gain > AS_LIKELY * first.gain and agreed < AGREED):
+                told.append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
             alike = [
@@ -246,6 +254,12 @@ class Confirm:
         y, columns = self.found.y, np.column_stack([self.found.columns, *(f.binned for f in fits)])
         root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
         return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
+
+    def _whitened_squares(self, fits: Sequence[Fit]) -> FloatArray:
+        """Return the squared residual of base and effects in units of the noise, summed over each test, shape (tests,)."""
+        columns = np.column_stack([self.found.columns, *(f.binned for f in fits)])
+        left = Projector(self.found.whiten(columns))(self.found.whiten(self.found.y))
+        return np.asarray(np.bincount(self.campaign.test, left**2), dtype=float)
 
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
