@@ -229,7 +229,8 @@ class Confirm:
         for f in tried:
             more = float(np.mean(self._straight_errors([f, *others]).total) - np.mean(own))
             agreed = lead(self._whitened_squares([f, *others]), likelihood)[1]
-            if more < shares.missing or (f.gain > AS_LIKELY * first.gain and agreed < AGREED):
+            as_good = shares.missing > 0.0 and more < shares.missing
+            if as_good or (f.gain > AS_LIKELY * first.gain and agreed < AGREED):
                 told.append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
