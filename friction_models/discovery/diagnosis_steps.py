@@ -120,12 +120,12 @@ def diagnose(
     notes += said
     whole = (measured, base_law(base.model, measured, seed)) if refitted(base) else (campaign, base)
     judged = _judge(campaign, base, candidates, seed, floor, whole)
-    if base.fixed and judged.verdict == "unknown_structure":
+    if base.fixed and judged.verdict in {"unknown_structure", "partly_explained"}:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign, 1))
         if _spare(campaign, shifted) >= SPARE:
             beside = _judge(campaign, shifted, candidates, seed, floor, (campaign, shifted))
-            if beside.verdict in NAMED:
+            if beside.verdict in NAMED and beside.verdict != judged.verdict:
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
