@@ -26,7 +26,7 @@ WORST_PAIR = 0.35
 #: Inner points are chosen from a grid so many times as fine as the smallest triangles.
 PITCH = 3.0
 #: Nodes from which a numbering is tried.
-STARTS = 24
+STARTS = 12
 
 
 class MeshError(Exception):
