@@ -6,32 +6,17 @@ from collections.abc import Callable
 
 import numpy as np
 from numba import njit
-from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrs
+from scipy.linalg.lapack import dgbtrf, dgbtrs
 
-from .mesh.shape import FloatArray, IntArray, half_bandwidth
+from .mesh.shape import FloatArray, IntArray, half_bandwidth, last_rows
 
 #: The iteration ends when what is left is this share of the right-hand side, or after so many rounds.
 ACCURACY, ROUNDS = 5e-2, 10
+#: So many columns of a factor are eliminated at once, and so many are used at once for a solution.
+AT_ONCE, USED_AT_ONCE = 8, 4
 
 
-#: So many columns of a factor are eliminated at once.
-AT_ONCE = 4
-
-
-@njit(cache=True)
-def last_rows(quads: IntArray, n_nodes: int) -> IntArray:
-    """Return for each column of a matrix over the mesh the last row in which it or one before it has an entry, shape (2 n,)."""
-    last = np.zeros(2 * n_nodes, np.int64)
-    for e in range(quads.shape[0]):
-        nodes = quads[e]
-        low = 2 * min(nodes[0], nodes[1], nodes[2], nodes[3])
-        last[low] = max(last[low], 2 * max(nodes[0], nodes[1], nodes[2], nodes[3]) + 1)
-    for i in range(1, 2 * n_nodes):
-        last[i] = max(last[i], last[i - 1])
-    return last
-
-
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, error_model="numpy")
 def factorise_band(band: FloatArray, last: IntArray) -> bool:
     """Factorise a symmetric band after Cholesky, as LAPACK's `dpbtrf` does; False: it is not positive definite.
 
@@ -53,19 +38,64 @@ def factorise_band(band: FloatArray, last: IntArray) -> bool:
                 own[k] /= own[0]
             for p in range(q + 1, columns):
                 target = band[j + p]
+                share = own[p - q]
                 for k in range(end - j - p + 1):
-                    target[k] -= own[p - q] * own[p - q + k]
+                    target[k] -= share * own[p - q + k]
         if columns < AT_ONCE:
             break
         a, b, c, d = band[j], band[j + 1], band[j + 2], band[j + 3]
+        e, f, g, h = band[j + 4], band[j + 5], band[j + 6], band[j + 7]
         for i in range(j + AT_ONCE, end + 1):
             s = i - j
             target = band[i]
             a_i, b_i, c_i, d_i = a[s], b[s - 1], c[s - 2], d[s - 3]
+            e_i, f_i, g_i, h_i = e[s - 4], f[s - 5], g[s - 6], h[s - 7]
             from_a, from_b, from_c, from_d = a[s:], b[s - 1 :], c[s - 2 :], d[s - 3 :]
+            from_e, from_f, from_g, from_h = e[s - 4 :], f[s - 5 :], g[s - 6 :], h[s - 7 :]
             for k in range(end - i + 1):
-                target[k] -= a_i * from_a[k] + b_i * from_b[k] + c_i * from_c[k] + d_i * from_d[k]
+                first = a_i * from_a[k] + b_i * from_b[k] + c_i * from_c[k] + d_i * from_d[k]
+                second = e_i * from_e[k] + f_i * from_f[k] + g_i * from_g[k] + h_i * from_h[k]
+                target[k] -= first + second
     return True
+
+
+@njit(cache=True, fastmath={"contract", "reassoc"}, error_model="numpy")
+def solve_band(band: FloatArray, last: IntArray, x: FloatArray) -> None:
+    """Overwrite the right-hand side `x` with the solution, with the factor that `factorise_band` leaves in `band`."""
+    n = band.shape[0]
+    whole = n - n % USED_AT_ONCE
+    for j in range(0, whole, USED_AT_ONCE):
+        a, b, c, d = band[j], band[j + 1], band[j + 2], band[j + 3]
+        x0 = x[j] / a[0]
+        x1 = (x[j + 1] - a[1] * x0) / b[0]
+        x2 = (x[j + 2] - a[2] * x0 - b[1] * x1) / c[0]
+        x3 = (x[j + 3] - a[3] * x0 - b[2] * x1 - c[1] * x2) / d[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = x0, x1, x2, x3
+        below, from_a, from_b, from_c, from_d = x[j + 4 :], a[4:], b[3:], c[2:], d[1:]
+        for k in range(last[j + 3] - j - 3):
+            below[k] -= from_a[k] * x0 + from_b[k] * x1 + from_c[k] * x2 + from_d[k] * x3
+    for j in range(whole, n):
+        x[j] /= band[j, 0]
+        for k in range(j + 1, n):
+            x[k] -= band[j, k - j] * x[j]
+    for j in range(n - 1, whole - 1, -1):
+        for k in range(j + 1, n):
+            x[j] -= band[j, k - j] * x[k]
+        x[j] /= band[j, 0]
+    for j in range(whole - USED_AT_ONCE, -1, -USED_AT_ONCE):
+        a, b, c, d = band[j], band[j + 1], band[j + 2], band[j + 3]
+        below, from_a, from_b, from_c, from_d = x[j + 4 :], a[4:], b[3:], c[2:], d[1:]
+        s0 = s1 = s2 = s3 = 0.0
+        for k in range(last[j + 3] - j - 3):
+            s0 += from_a[k] * below[k]
+            s1 += from_b[k] * below[k]
+            s2 += from_c[k] * below[k]
+            s3 += from_d[k] * below[k]
+        x3 = (x[j + 3] - s3) / d[0]
+        x2 = (x[j + 2] - s2 - c[1] * x3) / c[0]
+        x1 = (x[j + 1] - s1 - b[1] * x2 - b[2] * x3) / b[0]
+        x0 = (x[j] - s0 - a[1] * x1 - a[2] * x2 - a[3] * x3) / a[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = x0, x1, x2, x3
 
 
 class LinearSolver:
@@ -125,7 +155,8 @@ class LinearSolver:
         tried, images = np.empty((2, ROUNDS, len(right)))
         enough = ACCURACY * float(np.sqrt(right @ right))
         for k in range(ROUNDS):
-            step = dpbtrs(self.band.T, left, lower=1)[0]
+            step = left.copy()
+            solve_band(self.band, self.last, step)
             # The symmetric part times the step is `left` again.
             image = left.copy()
             image[::2] += self.skew * step[1::2]

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import gaussian_filter
 
 from friction_models.loads import LOAD_NAMES
 
@@ -69,6 +68,8 @@ def local_errors(
 
 
 def _spread(values: FloatArray, width: tuple[float, float]) -> FloatArray:
+    from scipy.ndimage import gaussian_filter  # few runs ask for errors, every FMU of a process would load it
+
     return np.asarray(gaussian_filter(values, width, mode="constant", truncate=3.0))
 
 

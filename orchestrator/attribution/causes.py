@@ -50,8 +50,10 @@ class Cause:
         return f"{self.name}.{self.column}" if self.column else self.name
 
 
+#: A node that touches at another increment moves the force by up to 0.5 %. The step of the flow stress makes the force change
+#: by twenty times as much, so that its fingerprint shows the flow stress and not such a node; the force is in proportion to it.
 FORMING = (
-    Cause("flow_stress", "flow stress of the workpiece, relative", "flow stress", "1", 0.03),
+    Cause("flow_stress", "flow stress of the workpiece, relative", "flow stress", "1", 0.1),
     Cause("tool_temperature", "tool temperature", "heat", "K", 15.0, parameter="T_tool"),
     Cause("billet_temperature", "billet temperature", "heat", "K", 15.0, parameter="T_billet"),
     Cause("heat_transfer", "heat transfer to the tools, relative", "heat", "1", 0.5, parameter="htc"),

@@ -130,8 +130,8 @@ def _curves(
 
 
 def _visible(parts: Sequence[Cause], X: FloatArray) -> float:
-    """Return how many standard errors the sensitivity's step is worth (for causes of the press: a usual size)."""
-    usual = {"compliance": 1e-3, "stroke_zero": 0.05, "force_gain": 0.02}
+    """Return how many standard errors a usual size of the cause is worth; the sensitivity's step where none is known."""
+    usual = {"compliance": 1e-3, "stroke_zero": 0.05, "force_gain": 0.02, "flow_stress": 0.03}
     steps = [usual.get(c.name, c.step) for c in parts]
     return float(max(np.linalg.norm(X[:, k] * s) for k, s in enumerate(steps)))
 

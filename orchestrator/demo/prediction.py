@@ -11,7 +11,13 @@ from friction_models.loads import DataSet
 
 from ..cosim.batch import RunTask, run_all
 from ..jobs.job import Progress
-from ..prediction.predict_sct import PredictionNumbers, SctPrediction, SctPredictions, sct_system
+from ..prediction.predict_sct import (
+    PredictionNumbers,
+    SctPrediction,
+    SctPredictions,
+    sct_system,
+    uncertainties_of,
+)
 from ..prediction.schedule import held_out_schedules
 from ..report.sections.demo_folder import PREDICTED
 
@@ -47,9 +53,12 @@ def predict_held_out(
         for part, schedule in pairs
     ]
     runs = run_all(tasks, jobs, tick)
+    off_by = uncertainties_of([schedule for _, schedule in pairs], runs, jobs=jobs)
     found = {}
     for part, label in labels.items():
-        mine = [SctPrediction(s, run) for (p, s), run in zip(pairs, runs) if p == part]
+        mine = [
+            SctPrediction(s, run, uncertainties=u) for (p, s), run, u in zip(pairs, runs, off_by) if p == part
+        ]
         predictions = SctPredictions(label, mine)
         predictions.save(out / PREDICTED / part)
         found[part] = predictions.to_dict()

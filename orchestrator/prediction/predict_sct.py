@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -19,6 +19,7 @@ import pandas as pd
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.common import InputError, atomic_path, grown, write_json
 from friction_models.common.folders import PREDICTION
+from friction_models.common.pool import map_unordered
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads
 
 from ..cosim.batch import RunTask, run_all
@@ -47,6 +48,8 @@ class SctPrediction:
         The co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
     output : str
         What mu is called in the friction FMU.
+    uncertainties : mapping
+        `u_sigma_n`, `u_psi`, `u_T` at the times of the run, by `uncertainties_of`; empty where they were not computed.
 
     Examples
     --------
@@ -64,6 +67,7 @@ class SctPrediction:
     schedule: SctSchedule
     run: Run
     output: str = MU.name
+    uncertainties: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
     def mu(self) -> FloatArray:
@@ -71,7 +75,7 @@ class SctPrediction:
         return self.run[f"friction.{self.output}"][1:]
 
     def frame(self) -> pd.DataFrame:
-        """Return one row a step: `test_id, t`, the five loads and `mu_model`.
+        """Return one row a step: `test_id, t`, the five loads, `mu_model`, and what the loads may be off by.
 
         Where the test was measured also `mu` and `T_measured` at the same sliding distance, without value beyond
         the measured distances.
@@ -81,6 +85,7 @@ class SctPrediction:
         loads = {name: run[f"twin.{name}"][:-1] for name in LOAD_NAMES}
         frame = pd.DataFrame({"t": run.time[1:], **loads, "mu_model": self.mu})
         frame.insert(0, "test_id", self.schedule.test_id)
+        frame = frame.assign(**{name: values[:-1] for name, values in self.uncertainties.items()})
         measured = self.schedule.measured
         for name, column in (("mu", "mu"), ("T_measured", "T")):
             if measured is not None and column in measured:
@@ -307,9 +312,42 @@ def predict_sct(
         for schedule in schedules
     ]
     runs = run_all(tasks, jobs, progress)
-    found = SctPredictions(name, [SctPrediction(s, run, output) for s, run in zip(schedules, runs)])
+    off_by = uncertainties_of(schedules, runs, twin=twin, output=output, jobs=jobs)
+    tests = [SctPrediction(s, run, output, u) for s, run, u in zip(schedules, runs, off_by)]
+    found = SctPredictions(name, tests)
     found.save(place)
     return found
+
+
+def uncertainties_of(
+    schedules: Sequence[SctSchedule],
+    runs: Sequence[Run],
+    *,
+    twin: TwinParameters | None = None,
+    output: str = MU.name,
+    jobs: int | None = None,
+) -> list[Mapping[str, FloatArray]]:
+    """Return the standard uncertainties of the loads of predicted tests, one mapping a test.
+
+    They are those that the twin states with measured tests (`sct_twin.twin.uncertainty`), under the predicted
+    friction; what the friction model may be off by is not in them. The arguments are as in `predict_sct`.
+    """
+    names = ("inputs.F_n", "inputs.v_slide", "inputs.T_tool", f"friction.{output}")
+    tasks = []
+    for schedule, run in zip(schedules, runs, strict=True):
+        process = _process_parameters(twin, schedule)
+        tasks.append((process, np.diff(run.time), *(run[name][1:] for name in names)))
+    found = dict(map_unordered(_uncertainties, tasks, jobs))
+    return [found[k] for k in range(len(tasks))]
+
+
+def _uncertainties(
+    process: Mapping[str, Any], *steps: *tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+) -> dict[str, FloatArray]:
+    from sct_twin.twin.process import SctProcess
+    from sct_twin.twin.process_uncertainty import process_uncertainties
+
+    return process_uncertainties(SctProcess(**process), *steps)
 
 
 def sct_system(
@@ -343,19 +381,13 @@ def sct_system(
 
     fmus.mkdir(parents=True, exist_ok=True)
     called = names or FrictionNames()
-    fastest = float(schedule.v_slide.max())
-    steps = int(np.clip(np.ceil(schedule.duration * fastest / STEP), 1, MOST_STEPS))
+    given = _process_parameters(twin, schedule)
+    steps = int(np.clip(np.ceil(schedule.duration * given["speed"] / STEP), 1, MOST_STEPS))
     step = schedule.duration / steps
-    given = {**(twin or {}), **schedule.parameters()}
-    if schedule.T_specimen is not None:
-        given["T_specimen"] = schedule.T_specimen
     start = {
         **{k: float(v) for k, v in given.items() if k not in {"material", "T_specimen"}},
-        "F_max": float(schedule.F_n.max()),
-        "speed": fastest,
         "F_n": float(schedule.F_n[0]),
         "v_slide": float(schedule.v_slide[0]),
-        "T_tool": float(schedule.T_tool[0]),
     }
     fixed = {k: v for k, v in given.items() if k in {"material", "T_specimen"}}
     twin_fmu = fmus / ("twin.fmu" if "T_specimen" not in fixed else f"twin-{fixed['T_specimen']:g}C.fmu")
@@ -394,6 +426,17 @@ def sct_system(
             "provenance": {"test": schedule.test_id, "friction": label or Path(friction).stem},
         }
     )
+
+
+def _process_parameters(twin: TwinParameters | None, schedule: SctSchedule) -> dict[str, Any]:
+    """Return the parameters of the process: what the user says about specimen, punch and twin, the test before it."""
+    given = {**(twin or {}), **schedule.parameters()}
+    given["F_max"] = float(schedule.F_n.max())
+    given["speed"] = float(schedule.v_slide.max())
+    given["T_tool"] = float(schedule.T_tool[0])
+    if schedule.T_specimen is not None:
+        given["T_specimen"] = schedule.T_specimen
+    return given
 
 
 def _system_values(friction: str | os.PathLike[str], schedule: SctSchedule) -> dict[str, float]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from forming.materials.materials import Material
 from forming.tools.punch_geometry import PunchGeometry
-from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from .contact_diameter import AREA, FORCE_AND_AREA, READING, USE, read_at_diameter
-from .uncertainty import AreaAndPsi, GivenUncertainty, other_dimensions
+from .uncertainty import AreaAndPsi, GivenUncertainty, other_dimensions, other_friction
 from .upsetting import UpsettingRun, contact_forces, upset_specimen
 
 
@@ -90,12 +88,9 @@ class ContactReading:
             sizes = self.punch.specimen_diameter, self.punch.bore_diameter
             changed.append(harder)
             changed += other_dimensions(usual, self.sliding_F_n, self.upset_to, sizes, given.diameter)
-        for mu in (self.mu + given.upsetting_mu, max(self.mu - given.upsetting_mu, 0.0)):
-            # Where a fold does not get through with more friction, it may with less.
-            with suppress(InputError):
-                changed.append(self.area_and_psi(replace(self, mu=mu).read().upsetting))
-                break
-        return changed
+        return changed + other_friction(
+            lambda mu: self.area_and_psi(replace(self, mu=mu).read().upsetting), self.mu, given
+        )
 
     def _run_to(self, force: float) -> UpsettingRun:
         return upset_specimen(

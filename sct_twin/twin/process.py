@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from forming.materials.materials import Material, as_material
 from forming.tools.punch_geometry import PunchGeometry
@@ -150,9 +151,8 @@ class SctProcess:
         self._T_upset = T_tool = float(T_tool)
         T0 = T_tool if T_specimen is None else float(T_specimen)
         case = UpsettingCase(self.punch, run_force(self.F_max), mesh_size, steel, upsetting_mu, T0, T_tool)
-        self._upsetting = UpsettingRun(known_upset(case, "SCT process"), case)
-        contact = self._contact_under(self.F_max, T_tool)
-        self._now = ProcessSnapshot(0.0, 0.0, 0.0, 0.0, T_tool, 0.0, T_tool, *contact)
+        self.upsetting = UpsettingRun(known_upset(case, "SCT process"), case)
+        self._now = self._start()
 
     @property
     def time(self) -> float:
@@ -219,6 +219,19 @@ class SctProcess:
         """Return exactly to a snapshot of this process; it can be used again."""
         self._now = replace(snapshot, contact=snapshot.contact.copy())
 
+    def restarted(self, thermal: ThermalSettings, area_factor: float = 1.0) -> Self:
+        """Return this process at its start with other heat data, and a contact so many times as large."""
+        process = copy.copy(self)
+        process.thermal = thermal
+        process.upsetting = replace(self.upsetting, area_factor=area_factor)
+        process._now = process._start()
+        return process
+
+    def _start(self) -> ProcessSnapshot:
+        T_tool = self._T_upset
+        contact = self._contact_under(self.F_max, T_tool)
+        return ProcessSnapshot(0.0, 0.0, 0.0, 0.0, T_tool, 0.0, T_tool, *contact)
+
     def _seat(self, F_n: float, T_tool: float) -> None:
         """Make or enlarge the contact where force or tool temperature ask for it."""
         now = self._now
@@ -226,7 +239,7 @@ class SctProcess:
         if now.sd > 0.0:
             if more and F_n <= self.F_max:
                 now.highest = F_n / (1.0 + WOBBLE)
-                grown = self._upsetting.at(now.highest)
+                grown = self.upsetting.at(now.highest)
                 now.state = replace(now.state, area=grown.area, psi=grown.psi)
             return
         warmed = now.highest > 0.0 and abs(T_tool - now.seated) > TOUCHED
@@ -237,7 +250,7 @@ class SctProcess:
             rest(now.contact, self.t_wait)
 
     def _contact_under(self, F_n: float, T_tool: float) -> tuple[ContactState, SlidingContact]:
-        state = self._upsetting.at(F_n)
+        state = self.upsetting.at(F_n)
         heating = state.T_specimen - self._T_upset
         state = replace(state, T_specimen=T_tool + heating)
         return state, state.sliding(self.speed, T_tool, T_tool, self.thermal)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,6 +80,17 @@ def other_dimensions(
         return [(area, psi / s2), (area * b2, psi * b2)]
     wide, spread = upsetting.area_and_psi(F_n / s2, upset_to / s2)
     return [(wide * s2, spread)]
+
+
+def other_friction(
+    read: Callable[[float], AreaAndPsi], upsetting_mu: float, given: GivenUncertainty
+) -> list[AreaAndPsi]:
+    """Return the contact after another friction while upsetting: more, or less where a fold does not get through with more."""
+    by = given.upsetting_mu
+    for mu in (upsetting_mu + by, max(upsetting_mu - by, 0.0)):
+        with suppress(InputError):
+            return [read(mu)]
+    return []
 
 
 def load_uncertainties(

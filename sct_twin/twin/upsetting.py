@@ -253,7 +253,7 @@ def robust_upset(case: UpsettingCase, where: str = "") -> UpsettingResult:
     )
 
 
-_remembered = lru_cache(maxsize=32)(robust_upset)
+_remembered = lru_cache(maxsize=128)(robust_upset)
 
 
 def local_fit(x: FloatArray, y: FloatArray, at: float) -> float:

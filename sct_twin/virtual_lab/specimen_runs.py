@@ -47,9 +47,12 @@ def specimen_tables(
             size = DIAMETER + change.get("diameter", 0.0), HEIGHT + change.get("height", 0.0)
             punch = PunchGeometry(*size, bore_diameter=bore, tip_diameter=tip or None)
             items.append((punch, T, TABLE_MU + change.get("mu", 0.0), force, rig, cache))
-    runs: dict[int, SpecimenRun] = {}
-    for index, run in map_unordered(compute_run, items, jobs):
-        runs[index] = run
+    known = {index: kept_run(*item) for index, item in enumerate(items)}
+    runs = {index: run for index, run in known.items() if run is not None}
+    missing = [index for index in known if index not in runs]
+    tick(len(runs), len(items))
+    for number, run in map_unordered(compute_run, [items[index] for index in missing], jobs):
+        runs[missing[number]] = run
         tick(len(runs), len(items))
     m1 = rig.material.m1
     tables = {}
@@ -59,26 +62,43 @@ def specimen_tables(
     return tables
 
 
+def kept_run(
+    punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
+) -> SpecimenRun | None:
+    """Return one upsetting run up to `force` [N] with friction `mu` from the cache; None: it is not known."""
+    with contextlib.suppress(OSError):
+        file, key = _place(_case(punch, T_tool, mu, force, rig), cache)
+        if is_kept(file, key):
+            with np.load(file, allow_pickle=False) as stored:
+                return SpecimenRun(**{f.name: stored[f.name] for f in fields(SpecimenRun)})
+    return None
+
+
 def compute_run(
     punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
 ) -> SpecimenRun:
-    """Return one upsetting run up to `force` [N] with friction `mu`, from the cache where it is known."""
-    case = Upsetting(punch, force, rig.mesh_size, rig.material, mu, T_tool, T_tool, rig.ram_speed)
-    key = fingerprint(case, solver_fingerprint())
-    names = [f.name for f in fields(SpecimenRun)]
-    file: Path | None = None
-    with contextlib.suppress(OSError):  # no folder to keep runs in costs time, nothing else
-        file = (Path(cache) if cache else cache_folder()) / f"upsetting-{key[:24]}.npz"
-        if is_kept(file, key):
-            with np.load(file, allow_pickle=False) as stored:
-                return SpecimenRun(**{name: stored[name] for name in names})
+    """Return what `kept_run` does, computed and kept where it is not known."""
+    known = kept_run(punch, T_tool, mu, force, rig, cache)
+    if known is not None:
+        return known
+    case = _case(punch, T_tool, mu, force, rig)
     run = upset_specimen(case)
-    if file is not None:
-        with contextlib.suppress(OSError, InputError):
-            with atomic_path(file) as temporary, temporary.open("wb") as stream:
-                np.savez(stream, **{n: getattr(run, n) for n in names})
-            keep(file, key)
+    with contextlib.suppress(OSError, InputError):  # no folder to keep runs in costs time, nothing else
+        file, key = _place(case, cache)
+        with atomic_path(file) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, **{f.name: getattr(run, f.name) for f in fields(SpecimenRun)})
+        keep(file, key)
     return run
+
+
+def _case(punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig) -> Upsetting:
+    return Upsetting(punch, force, rig.mesh_size, rig.material, mu, T_tool, T_tool, rig.ram_speed)
+
+
+def _place(case: Upsetting, cache: str | None) -> tuple[Path, str]:
+    """Return the file that keeps a run, and the hash of all that decides it."""
+    key = fingerprint(case, solver_fingerprint())
+    return (Path(cache) if cache else cache_folder()) / f"upsetting-{key[:24]}.npz", key
 
 
 @cache

@@ -14,9 +14,9 @@ from friction_models.common import InputError
 
 COARSE = {"mesh_size": 0.8, "n_points": 20}
 TASKS = [
-    FormingTask("fre", COARSE, 0.05, 1.0, name="rod"),
-    FormingTask("bce", COARSE | {"nose_angle": 8.0}, 0.1, 1.0, {"eject": "stripper"}),
-    FormingTask("ring", {"n_points": 20}, 0.1, 0.4),
+    FormingTask("fre", COARSE, 0.05, 0.4, name="rod"),
+    FormingTask("bce", COARSE | {"nose_angle": 8.0}, 0.1, 0.4, {"eject": "stripper"}),
+    FormingTask("ring", {"n_points": 20}, 0.1, 0.1),
     FormingTask("fre", {"half_angle": 500.0}, 0.05, 1.0),
 ]
 

@@ -168,10 +168,10 @@ def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, monkeypatch
     found, remeshings = [], []
     for every in (40, 3):
         if kind == "rod":
-            process = ForwardRodExtrusion(mesh_size=0.4)
+            process = ForwardRodExtrusion(mesh_size=0.5)
             process.start(0.08)
             process.simulation.policy = replace(process.simulation.policy, every=every)
-            process.advance(8.0)
+            process.advance(6.0)
             found.append(float(process.loads()[:, 4].max()))
             remeshings.append(process.simulation.state.remeshes)
         else:

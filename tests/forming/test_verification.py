@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 from dataclasses import replace
@@ -14,6 +15,7 @@ from forming.verification import (
     Row,
     Unfinished,
     calculix,
+    calculix_rows,
     case,
     extrusion,
     ring,
@@ -105,6 +107,17 @@ def test_friction_by_shear_factor_is_constant():
     assert process.max_tau_over_k == pytest.approx(0.3, abs=0.002)
 
 
+#: CalculiX computes each deck of this module once.
+known = functools.cache(calculix.compress)
+
+
+@pytest.fixture
+def once(monkeypatch):
+    for module in (calculix, calculix_rows):
+        monkeypatch.setattr(module, "compress", known)
+
+
+@pytest.mark.usefixtures("once")
 def test_ring_meets_calculix_or_says_that_it_is_skipped():
     result = by_name("ring-calculix").run()
     verdicts = {r.quantity: r.verdict for r in result.rows}
@@ -115,6 +128,7 @@ def test_ring_meets_calculix_or_says_that_it_is_skipped():
 
 
 @CCX
+@pytest.mark.usefixtures("once")
 def test_calculix_gives_what_was_kept_of_it():
     found = calculix.compress(ring.in_calculix(0.1))
     kept = ring.KEPT[0.1].values

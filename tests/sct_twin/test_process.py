@@ -12,6 +12,7 @@ from fmus.slaves.twin_solver import TwinSolver
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES
 from sct_twin import RawCampaign, SctProcess, TwinResult
+from sct_twin.twin.process_uncertainty import process_uncertainties
 from sct_twin.twin.thermal_settings import ThermalBody, ThermalSettings
 
 
@@ -92,6 +93,15 @@ def test_driven_by_a_measurement_it_gives_the_loads_of_the_twin(
         assert np.abs(np.array(T) - points["T"].to_numpy()).mean() < 0.01 * rise.mean()
         assert np.abs(np.array(sigma_n) / points["sigma_n"].to_numpy() - 1.0).max() < 0.005
         assert process.loads.psi == pytest.approx(points["psi"].iloc[-1], rel=0.005)
+        inputs = np.diff(points[["t", "sd"]].to_numpy(), axis=0, prepend=0.0)
+        dt, v = inputs[:, 0], inputs[:, 1] / inputs[:, 0]
+        T_tool = np.full(len(dt), row["T_tool"])
+        stated = process_uncertainties(
+            process, dt, points["F_n"].to_numpy(), v, T_tool, points["mu"].to_numpy()
+        )
+        late = points["sd"].to_numpy() > 1.0
+        for name, u in stated.items():
+            assert u[1:][late] == pytest.approx(points[name].to_numpy()[late], rel=0.1), name
 
 
 def test_snapshot_is_exact_and_can_be_used_again(process: SctProcess) -> None:

@@ -72,8 +72,12 @@ def test_same_seed_same_files(tiny: RawCampaign, tmp_path: Path, lab_cache: Path
     again = lab.run(out=tmp_path / "again", jobs=2)
     for test_id in tiny.tests["test_id"]:
         assert again.raw_file(test_id).read_bytes() == tiny.raw_file(test_id).read_bytes()
-    other = Campaign(plan="tiny-6+3", hidden="running_in", seed=4, cache=lab_cache).run(jobs=1)
-    assert other.raw_file("sct001").read_bytes() != tiny.raw_file("sct001").read_bytes()
+    # Two seeds of one plan: the same test with other noise.
+    plan = pd.DataFrame([{"sigma_set": 1000.0, "v_set": 100.0, "T_tool": 60.0, "sd_set": 12.0}])
+    one, other = (
+        Campaign(plan, hidden="running_in", seed=seed, cache=lab_cache).run(jobs=1) for seed in (3, 4)
+    )
+    assert one.raw_file("sct001").read_bytes() != other.raw_file("sct001").read_bytes()
 
 
 def test_an_interrupted_campaign_goes_on(tiny: RawCampaign, tmp_path: Path, lab_cache: Path) -> None:

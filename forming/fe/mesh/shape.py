@@ -9,7 +9,7 @@ from numba import njit
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-# The kernels are compiled without fast-math flags: these gain no time, and with them the last bits depend on what
+# The kernels are compiled without fast-math flags, but for two that call no other: with them the last bits depend on what
 # else was compiled before - two processes that meet an empty cache would then not give the same numbers.
 
 GAUSS = 1.0 / np.sqrt(3.0)
@@ -51,6 +51,19 @@ def half_bandwidth(quads: IntArray) -> int:
         high = max(quads[e, 0], quads[e, 1], quads[e, 2], quads[e, 3])
         largest = max(largest, high - low)
     return largest
+
+
+@njit(cache=True)
+def last_rows(quads: IntArray, n_nodes: int) -> IntArray:
+    """Return for each column of a matrix over the mesh the last row in which it or one before it has an entry, shape (2 n,)."""
+    last = np.zeros(2 * n_nodes, np.int64)
+    for e in range(quads.shape[0]):
+        nodes = quads[e]
+        low = 2 * min(nodes[0], nodes[1], nodes[2], nodes[3])
+        last[low] = max(last[low], 2 * max(nodes[0], nodes[1], nodes[2], nodes[3]) + 1)
+    for i in range(1, 2 * n_nodes):
+        last[i] = max(last[i], last[i - 1])
+    return last
 
 
 @njit(cache=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.signal import lfilter
+from numba import njit
 
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
@@ -259,7 +259,7 @@ def lagged(values: FloatArray, lag: float) -> FloatArray:
     if lag <= 0.0:
         return values
     keep = math.exp(-1.0 / (lag * RATE))
-    return np.asarray(lfilter([1.0 - keep], [1.0, -keep], values - values[0]) + values[0])
+    return following((1.0 - keep) * (values - values[0]), keep) + values[0]
 
 
 def wander(count: int, memory: float, deviation: float, rng: np.random.Generator) -> FloatArray:
@@ -267,4 +267,18 @@ def wander(count: int, memory: float, deviation: float, rng: np.random.Generator
     keep = float(np.exp(-1.0 / memory))
     shocks = deviation * float(np.sqrt(1.0 - keep**2)) * rng.standard_normal(count)
     shocks[0] = deviation * float(rng.standard_normal())
-    return np.asarray(lfilter([1.0], [1.0, -keep], shocks))
+    return following(shocks, keep)
+
+
+@njit(cache=True)
+def following(pushes: FloatArray, keep: float) -> FloatArray:
+    """Return what keeps a share of itself from sample to sample, and is pushed at each.
+
+    `scipy.signal.lfilter` does this, too, but loading it costs every process of a campaign half a second.
+    """
+    found = np.empty(pushes.shape[0])
+    value = 0.0
+    for k in range(pushes.shape[0]):
+        value = keep * value + pushes[k]
+        found[k] = value
+    return found

@@ -97,6 +97,7 @@ def test_nothing_is_blamed_where_the_model_is_right(system: System, pressed: Pre
     found = attribute(pressed(), system, CAUSES, place / "runs", jobs=1)
     assert not found.confusion_set and "no cause stands out" in found.sentence
     assert found.synthetic and found.sentence.startswith("Attribution, not proof")
+    assert any({"flow_stress", "force_gain"} <= set(g) for g in found.groups)  # both scale the force
 
 
 def test_friction_flow_stress_and_compliance_are_told(system: System, pressed: Pressed, place: Path) -> None:

@@ -20,6 +20,7 @@ from orchestrator.prediction.predict_sct import SctPrediction, predict_sct, sct_
 from orchestrator.prediction.schedule import SctSchedule, held_out_schedules, planned_schedules
 from orchestrator.report import write_report
 from sct_twin.twin.process import SctProcess
+from sct_twin.twin.process_uncertainty import process_uncertainties
 from tests.fmus.memory_models import AGE_0, B, C, D, K, R, ageing_bytes
 from tests.orchestrator.native_fmus import Real, native_fmu
 
@@ -67,6 +68,13 @@ def test_constant_friction_gives_what_the_process_gives_when_driven_alike(planne
         loads = process.advance(step, PLAN["F_set"], v, 60.0, 0.08)
     assert run["twin.T"][-1] == pytest.approx(loads.T, rel=1e-9)
     assert run["twin.sigma_n"][-1] == pytest.approx(loads.sigma_n, rel=1e-9)
+    # The table has the columns that the twin states with a measured test, for the same steps.
+    n = len(run.time) - 1
+    inputs = [np.full(n, value) for value in (step, PLAN["F_set"], 60.0, 0.08)]
+    known = process_uncertainties(process, *inputs[:2], run["inputs.v_slide"][1:], *inputs[2:])
+    frame = planned.frame()
+    for name, values in known.items():
+        np.testing.assert_allclose(frame[name], values[:-1], rtol=1e-9, err_msg=name)
 
 
 def test_memory_temperature_and_roughness_act_in_the_loop(ageing: Path, tmp_path: Path) -> None:
