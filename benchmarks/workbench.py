@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 
 from friction_models.loads import DataSet
-from orchestrator.app.explore_figures import cloud, sample
-from orchestrator.app.map_form import MapForm
+from orchestrator.app.figures.explore import cloud, sample
+from orchestrator.app.figures.raw import columns_figure, loads_figure
 from orchestrator.app.project import Project
-from orchestrator.app.raw_figures import columns_figure, loads_figure
-from orchestrator.app.raw_files import raw_set, read_once
+from orchestrator.app.raw.files import raw_set, read_once
+from orchestrator.app.raw.map_form import MapForm
 from sct_twin.ingest.point_tables import read_point_tables
 
 from .common import Table

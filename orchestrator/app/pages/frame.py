@@ -15,16 +15,15 @@ from friction_models.common import InputError
 from friction_models.common.errors import shown
 from friction_models.common.markup import escape
 
-from .. import history
 from ..commands import Command
-from ..project import HISTORY, Project
-from ..worker import CANCELLED, FAILED, RUNNING, Job, Worker
+from ..project import HISTORY, Project, history
+from ..work.worker import CANCELLED, FAILED, RUNNING, Job, Worker
 from .parts import button, empty, gone, heading, say
 from .view import View
 
 #: Address, name and module of each page, in the order in which a new project needs them.
 PAGES = (
-    ("/measurements", "Measurements", "measurements"),
+    ("/measurements", "Measurements", "measurements.overview"),
     ("/explore", "Explore", "explore"),
     ("/", "What is missing", "missing"),
     ("/compare", "Compare", "compare"),

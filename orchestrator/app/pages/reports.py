@@ -9,8 +9,8 @@ from nicegui import ui
 
 from friction_models.common.markup import table
 
-from .. import history
-from ..forming_commands import STORY, story
+from ..commands.forming import STORY, story
+from ..project import history
 from ..serving import address
 from .frame import page_head
 from .parts import action, download, empty, heading, say, words

@@ -22,10 +22,9 @@ from nicegui import ui
 from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.testing import User
 
-from orchestrator.app import history
 from orchestrator.app.pages.frame import PAGES
-from orchestrator.app.project import HISTORY, Project
-from orchestrator.app.worker import Worker
+from orchestrator.app.project import HISTORY, Project, history
+from orchestrator.app.work.worker import Worker
 
 from .chromium import CHROMIUM, Watched
 from .conftest import Served, served

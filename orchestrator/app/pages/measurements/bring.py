@@ -10,11 +10,10 @@ from friction_models.common import InputError, atomic_path
 from friction_models.common.errors import shown
 from sct_twin.readers import SUFFIXES
 
-from .. import history
-from ..project import is_name, name_of
-from ..raw_files import MAPS, MOST_FILES, RAW, free_name, set_name
-from .parts import button, heading, say
-from .view import View
+from ...project import history, is_name, name_of
+from ...raw.files import MAPS, MOST_FILES, RAW, free_name, set_name
+from ..parts import button, heading, say
+from ..view import View
 
 #: Largest file that is taken [byte].
 LARGEST = 100_000_000

@@ -12,14 +12,14 @@ from nicegui import ui
 from friction_models.common import InputError
 from friction_models.common.markup import bullets, table
 
-from .. import commands
-from ..loaded import loaded, stamp
-from ..project import Project
+from ... import commands
+from ...project import Project
+from ...project.loaded import loaded, stamp
+from ..frame import page_head
+from ..parts import button, empty, heading, say, words
+from ..view import View
 from . import raw_set, taken_in, tests_editor
 from .bring import bring
-from .frame import page_head
-from .parts import button, empty, heading, say, words
-from .view import View
 
 
 async def show(view: View) -> None:

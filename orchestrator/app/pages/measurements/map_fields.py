@@ -13,8 +13,8 @@ from nicegui import ui
 from friction_models.common.markup import escape
 from sct_twin.readers import RawTable
 
-from ..map_form import TEST_TABLE, ColumnForm, MapForm, choices, units_of
-from .parts import choice, heading, say, words
+from ...raw.map_form import TEST_TABLE, ColumnForm, MapForm, choices, units_of
+from ..parts import choice, heading, say, words
 
 #: From so many columns on, those that are not used are folded away.
 _MANY = 4

@@ -12,11 +12,11 @@ from nicegui import events, ui
 from friction_models.common import InputError
 from friction_models.loads.tests_table import TableOfTests
 
-from .. import measuring_commands
-from ..commands import Command
-from .frame import page_head
-from .parts import button, choice, line, say
-from .view import View
+from ... import commands
+from ...commands import Command
+from ..frame import page_head
+from ..parts import button, choice, line, say
+from ..view import View
 
 #: Columns that are often wanted, with what stands in them.
 _USUAL = {
@@ -166,7 +166,7 @@ class _Editor:
             return
         triples = [(t, c, v) for (t, c), v in self.changes.items()]
         changed = self.found.changed(triples)
-        command = measuring_commands.edit_tests(self.place, triples)
+        command = commands.measuring.edit_tests(self.place, triples)
         with self.status:
             say(f"Not saved yet: {self.found.difference(changed)}.")
         with self.foot:
