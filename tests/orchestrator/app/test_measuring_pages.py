@@ -106,7 +106,7 @@ def test_records_are_mapped_with_units_phases_and_zero_readings(tmp_path: Path) 
     async def test(user: User, worker: Worker) -> None:
         await user.open("/measurements?raw=rig")
         await until(lambda: "Not complete: no plate temperature" in shown(user))
-        fields(user, ui.number, "T_tool, the tool [degC]")[0].set_value(20)
+        fields(user, ui.number, "T_tool of all tests [degC]")[0].set_value(20)
         await until(lambda: "sliding begins [s]" in shown(user))
         said = shown(user)
         # 0.3 kN without load; friction 7.2 kN over 90 kN.

@@ -79,12 +79,11 @@ def _raw_sets(project: Project) -> None:
         return
     with ui.element("section"):
         heading("Measurement files")
-        for folder in sets:
-            files = sum(1 for p in folder.iterdir() if p.is_file() and p.suffix not in {".yaml", ".yml"})
-            with ui.element("div").classes("buttons"):
-                ui.link(
-                    f"{folder.name}: {files} file{'s' * (files != 1)}", f"/measurements?raw={folder.name}"
-                ).classes("button")
+        with ui.element("div").classes("buttons"):
+            for folder in sets:
+                files = sum(1 for p in folder.iterdir() if p.is_file() and p.suffix not in {".yaml", ".yml"})
+                said = f"{folder.name}: {files} file{'s' * (files != 1)}"
+                ui.link(said, f"/measurements?raw={folder.name}").classes("button")
 
 
 def _look(path: Path) -> dict[str, Any] | str:

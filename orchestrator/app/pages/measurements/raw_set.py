@@ -110,12 +110,7 @@ class _Page:
         with self.verdict:
             if problem:
                 say(f"Not complete: {problem}", "problem")
-                hint = (
-                    "Sign, zero reading and scale stand beside each column."
-                    if self.form.records
-                    else "Rows that do not count can be left out: see sign, limits beside a column."
-                )
-                say(hint, "soft")
+                say(_hint(problem, self.form.records), "soft")
                 self._mend(problem)
             elif row is not None:
                 words(table(["first file", "found"], _first(row), narrow=True))
@@ -203,6 +198,15 @@ def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Comman
     return commands.measuring.points(files, found.place, target), commands.measuring.points(
         files, found.place, target, dry_run=True
     )
+
+
+def _hint(problem: str, records: bool) -> str:
+    """Return where on the page it can be mended."""
+    if not records:
+        return "Rows that do not count can be left out: see sign, limits beside a column."
+    if "'T_tool'" in problem:
+        return "T_tool stands below the columns: the temperature of the tool in all these tests. A file tests.csv can name one for each."
+    return "Sign, zero reading and scale stand beside each column."
 
 
 def _count(number: int, what: str) -> str:

@@ -77,13 +77,16 @@ class _Editor:
         ]  # fmt: skip
         rows = [{f: cells.get(n, "") for f, n in self.fields.items()} for cells in self.found.cells()]
         with ui.element("section"):
-            say("Click twice into a cell to change it, or change many below.", "soft")
+            say("Click twice into a cell, or press Enter there, to change it; or change many below.", "soft")
             self.grid = ui.aggrid(
                 {
                     "columnDefs": columns,
                     "rowData": rows,
                     "stopEditingWhenCellsLoseFocus": True,
                     "singleClickEdit": False,
+                    # One stop for Tab: arrows go from cell to cell. In a cell that is being changed Tab goes to the next.
+                    ":tabToNextCell": "(e) => e.editing ? e.nextCellPosition : false",
+                    ":tabToNextHeader": "() => false",
                 },
                 auto_size_columns=False,
             )
