@@ -53,9 +53,9 @@ demo: $(STAMP)
 app: $(WORKBENCH)
 	$(BIN)/tribofmu app build/example --example
 
-# Random actions at the workbench: 1000 in the simulated browser, 60 in Chromium.
+# Random actions at the workbench: 1000 in the simulated browser, 300 in Chromium.
 monkey: $(TESTING)
-	TRIBOFMU_MONKEY=1000 TRIBOFMU_MONKEY_CLICKS=60 $(BIN)/python -m pytest tests/orchestrator/app/test_monkey.py
+	TRIBOFMU_MONKEY=1000 TRIBOFMU_MONKEY_CLICKS=300 $(BIN)/python -m pytest tests/orchestrator/app/test_monkey.py
 
 # Two processes with one thread each: threads of both that wait for each other take many times as long.
 PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope

@@ -16,6 +16,8 @@ import pandas as pd
 
 from ..common import InputError
 from ..common.one_blas_thread import one_blas_thread
+from ..common.pool import Progress
+from ..common.stages import Stages
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import Campaign, prepare
@@ -76,6 +78,7 @@ def diagnose(
     model: Any = "linear",
     catalogue: Iterable[str | Effect] | Mapping[str, type[Effect]] | None = None,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> Diagnosis:
     """Compare a model with measurements and say which physical effect it lacks.
 
@@ -92,6 +95,8 @@ def diagnose(
         Effects to consider; by default all known ones, and ``factor:COLUMN`` for further columns of `tests`.
     seed : int
         Of the simulated noise; the same seed gives the same answer.
+    progress : callable, optional
+        Called with how much is done [%], 100, and what is being done.
 
     Returns
     -------
@@ -103,12 +108,15 @@ def diagnose(
         Data without points or columns, or without a load that a trained model was given; values outside physical limits,
         an unknown model or effect.
     """
+    stages = Stages(progress)
+    stages(0, "noise of the tests")
     measured = prepare(data, tests)
     campaign, base, floor = _beside(measured, model, seed)
     odd = odd_tests(campaign, campaign.average(base.columns), floor) if not base.fixed else []
     if odd:
         measured = without_tests(measured, odd)
         campaign, base, floor = _beside(measured, model, seed)
+    stages(15, "effects of the catalogue")
     chosen = CATALOGUE if catalogue is None else catalogue
     effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
     factors, about = factors_of(campaign, effects) if catalogue is None else ([], [])
@@ -119,12 +127,12 @@ def diagnose(
     candidates, said = evaluate_all(usable, campaign, mu, spans)
     notes += said
     whole = (measured, base_law(base.model, measured, seed)) if refitted(base) else (campaign, base)
-    judged = _judge(campaign, base, candidates, seed, floor, whole)
+    judged = _judge(campaign, base, candidates, seed, floor, whole, stages)
     if base.fixed and judged.verdict in {"unknown_structure", "partly_explained"}:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign, 1))
         if _spare(campaign, shifted) >= SPARE:
-            beside = _judge(campaign, shifted, candidates, seed, floor, (campaign, shifted))
+            beside = _judge(campaign, shifted, candidates, seed, floor, (campaign, shifted), stages)
             if beside.verdict in NAMED and beside.verdict != judged.verdict:
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
@@ -132,10 +140,13 @@ def diagnose(
     if base.fixed and knows_the_noise(measured, base_law(base.model, measured, seed)):
         judged.knows_noise = True
         judged.notes.append(FITTED_TO_THESE.format(base=base.name))
+    stages(75, "the answer, and what to test next")
     answer = assemble(campaign, base, judged, mu, whole)
+    stages(90, "empirical terms")
     if not base.fixed:  # what is taken as it is cannot be refitted with a term
         answer.formulas = formulas_for(answer.verdict, campaign, judged, seed)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
+    stages(100, "the answer")
     return answer
 
 
@@ -159,8 +170,10 @@ def _judge(
     seed: int,
     floor: NoiseFloor | None,
     whole: tuple[Campaign, BaseLaw],
+    stages: Stages,
 ) -> Judged:
     """Search, weigh and decide, for a base with given columns; `whole` is what is refitted to predict unseen tests."""
+    stages(20, "what fits best")
     found = _search_twice(campaign, base, candidates, seed, floor)
     candidates, notes = judge_zero(campaign, found, candidates)
     evidence, chosen = _weigh(campaign, base, found, candidates, seed)
@@ -170,7 +183,8 @@ def _judge(
         return Judged(found, evidence, Confirmation("data_problem", [], None, 0.0, []), list(notes))
     if verdict == "out_of_domain":
         return Judged(found, evidence, Confirmation(verdict, [], None, 0.0, []), list(notes))
-    unseen = UnseenTests(*whole, seed)
+    stages(30, "tests that a fit did not see")
+    unseen = UnseenTests(*whole, seed, stages.until(75))
     confirm = Confirm(campaign, unseen, found)
 
     searched: dict[tuple[tuple[str, int], ...], list[Fit]] = {}

@@ -11,6 +11,7 @@ from sklearn.base import clone
 
 from ..common import InputError
 from ..common.one_blas_thread import one_blas_thread
+from ..common.pool import Progress
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import prepare
@@ -64,6 +65,7 @@ def refine(
     add: Iterable[str | Effect] | str | Effect = (),
     force: bool = False,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> FrictionModel:
     """Return `model` with effects added, base and effects fitted together.
 
@@ -88,6 +90,8 @@ def refine(
         Keep an addition that makes held-out tests worse.
     seed : int
         Of the folds.
+    progress : callable, optional
+        Called with the number of fits that are done, of all, and what is fitted.
 
     Returns
     -------
@@ -123,8 +127,11 @@ def refine(
     folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
     before, after = np.full(len(mu), np.nan), np.full(len(mu), np.nan)
     fitted: Any = None
-    for unseen in folds:
+    told = progress or (lambda done, total, what: None)
+    for k, unseen in enumerate(folds):
+        told(2 * k, 2 * len(folds), "the model as it was")
         _, before[unseen] = predicted_unseen(base, loads, mu, unseen)
+        told(2 * k + 1, 2 * len(folds), "the model with what is added")
         fitted, after[unseen] = predicted_unseen(refined, loads, mu, unseen)
     if held is None:
         fitted = clone(refined).fit(loads, mu, names_of(loads, np.ones(len(mu), dtype=bool)))

@@ -15,10 +15,10 @@ from friction_models.loads.contract import with_unit
 
 from ..report.reading import read_page
 from ..report.story_page import Chapter, Measurements, Packed, ProjectStory
-from . import history
-from .commands import diagnosis_files, short
-from .history import ENDED, Story
-from .project import HISTORY, Project
+from .commands import short
+from .commands.models import diagnosis_files
+from .project import HISTORY, Project, history
+from .project.history import ENDED, Story
 
 T = TypeVar("T")
 #: Sections of each kind of report that the story takes, by the beginning of their anchors.

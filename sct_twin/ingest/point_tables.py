@@ -109,7 +109,7 @@ def read_point_tables(
         )
     points = check_points(pd.concat(frames, ignore_index=True), "points")
     table = pd.DataFrame([{"test_id": test, **row} for test, row in tests.items()])
-    table = table[table["test_id"].isin(set(points.frame["test_id"]))].reset_index(drop=True)
+    table = table[table["test_id"].isin(points.frame["test_id"].unique())].reset_index(drop=True)
     info = {"synthetic": synthetic, "files": [file.name for file in files]}
     return PointTables(DataSet(points.frame, table, info, points.notes), [*notes, *points.notes])
 

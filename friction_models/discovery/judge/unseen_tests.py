@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -139,11 +139,14 @@ class UnseenTests:
     base : BaseLaw
     seed : int
         Of the folds.
+    told : callable
+        Called after each set of effects that was fitted.
     """
 
     campaign: Campaign
     base: BaseLaw
     seed: int = 0
+    told: Callable[[], None] = field(default=lambda: None, repr=False)
     _kept: dict[tuple[str, ...], FloatArray] = field(default_factory=dict, repr=False)
 
     @property
@@ -168,6 +171,7 @@ class UnseenTests:
         key = tuple(e.name for e in effects)
         if key not in self._kept:
             self._kept[key] = self.campaign.mu - self._predicted(effects)
+            self.told()
         return self._kept[key]
 
     def _predicted(self, effects: Sequence[Effect]) -> FloatArray:

@@ -57,7 +57,7 @@ async def show(view: View) -> None:
     for found in page.sections:
         section(found)
         if found.anchor == "errors":
-            await show_residuals(view, commands.comparison_points(story.data))
+            await show_residuals(view, commands.models.comparison_points(story.data))
 
 
 def _ask(view: View, own: list[str], data: str) -> None:
@@ -70,7 +70,7 @@ def _ask(view: View, own: list[str], data: str) -> None:
         if not chosen:
             ui.label("Choose at least one model.").classes("soft")
             return
-        command = commands.compare(data, chosen)
+        command = commands.models.compare(data, chosen)
         with ui.element("div").classes("action"):
             press(f"Compare {len(chosen)}", lambda: view.run(command), "first")
             line(command)
@@ -94,5 +94,5 @@ def _train(view: View, data: str) -> None:
         return
     with ui.expansion("Train a model").classes("other"):
         for family in missing:
-            command = commands.train(data, family)
+            command = commands.models.train(data, family)
             action(view, command, command.title)

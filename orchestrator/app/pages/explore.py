@@ -13,8 +13,8 @@ from friction_models.loads import LOAD_NAMES, DataSet
 
 from ...report.reading import ReadFigure
 from .. import commands
-from ..explore_figures import Sample, cloud, sample, summary
-from ..loaded import loaded
+from ..figures.explore import Sample, cloud, sample, summary
+from ..project.loaded import loaded
 from .frame import page_head
 from .parts import button, choice, empty, gone, say, words
 from .view import View

@@ -12,9 +12,9 @@ from nicegui import ui
 from friction_models.common.markup import escape
 
 from .. import commands
-from ..fmu_commands import MOST_NODES, SWITCHES, TARGETS, PackOptions, pack, platform_names
+from ..commands.fmus import MOST_NODES, SWITCHES, TARGETS, PackOptions, pack, platform_names
 from ..serving import has_page, page_address
-from ..worker import DONE, FAILED, Job
+from ..work.worker import DONE, FAILED, Job
 from .frame import page_head
 from .parts import action, choice, download, empty, heading, line, say
 from .parts import button as press
@@ -100,7 +100,7 @@ def _pack(view: View, models: list[str], model: str) -> None:
 
 
 def _file(view: View, path: str, size: int) -> None:
-    check = commands.check(path)
+    check = commands.fmus.check(path)
     with ui.element("section").classes("panel"):
         heading(path.removeprefix("fmus/"))
         say(f"{size / 1000:.0f} kB", "soft")

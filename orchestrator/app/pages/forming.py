@@ -11,7 +11,7 @@ from friction_models.common import InputError
 from friction_models.common.files import read_json
 from friction_models.common.markup import escape
 
-from .. import forming_commands
+from .. import commands
 from ..project import is_name
 from ..serving import address
 from .compare import CONSTANTS
@@ -52,7 +52,7 @@ async def _every_press_level(view: View, form: FormState) -> None:
             "Errors of the largest force and of the work over all levels, with what the scatter of the press leaves open."
         )
         for folder in folders:
-            command = forming_commands.form_press(view.project.relative(folder), models or [CONSTANTS[1]])
+            command = commands.forming.form_press(view.project.relative(folder), models or [CONSTANTS[1]])
             action(view, command, command.title)
 
 
@@ -80,7 +80,7 @@ async def _results(view: View) -> None:
             ui.navigate.to(f"/forming?name={value}")
 
         choice("Results", names, name, chosen)
-    _, json, path = forming_commands.results(name)
+    _, json, path = commands.forming.results(name)
     page = await asyncio.to_thread(view.page, path)
     if page is None:
         return
@@ -111,8 +111,8 @@ async def _coverage(view: View, name: str) -> None:
             ui.link("Bring measurements", "/measurements").classes("button")
             return
         for label, run in runs.items():
-            command = forming_commands.coverage(data, run, f"{name}-{label}")
-            _, path, plan = forming_commands.coverage_files(data, f"{name}-{label}")
+            command = commands.forming.coverage(data, run, f"{name}-{label}")
+            _, path, plan = commands.forming.coverage_files(data, f"{name}-{label}")
             page = await asyncio.to_thread(view.page, path)
             if page is None:
                 action(view, command, f"Ask for {label}")

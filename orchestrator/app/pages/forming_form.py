@@ -15,9 +15,9 @@ from nicegui import ui
 from friction_models.common import InputError
 from friction_models.common.markup import table
 
-from .. import forming_commands
+from .. import commands
 from ..commands import Command
-from ..forming_commands import Forming
+from ..commands.forming import Forming
 from ..project import is_name
 from .compare import CONSTANTS, own_models
 from .parts import button as press_button
@@ -266,7 +266,7 @@ def _command(form: FormState) -> Command:
     if form.press and len(pairs) > 1:
         raise InputError("A press curve is that of one level: give one speed and one tool temperature.")
     values = {n: _written(v) for n, v in _given(form).items()}
-    return forming_commands.form(
+    return commands.forming.form(
         Forming(
             form.process,
             models,

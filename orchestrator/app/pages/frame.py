@@ -15,16 +15,15 @@ from friction_models.common import InputError
 from friction_models.common.errors import shown
 from friction_models.common.markup import escape
 
-from .. import history
 from ..commands import Command
-from ..project import HISTORY, Project
-from ..worker import CANCELLED, FAILED, RUNNING, Job, Worker
+from ..project import HISTORY, Project, history
+from ..work.worker import CANCELLED, FAILED, RUNNING, Job, Worker
 from .parts import button, empty, gone, heading, say
 from .view import View
 
 #: Address, name and module of each page, in the order in which a new project needs them.
 PAGES = (
-    ("/measurements", "Measurements", "measurements"),
+    ("/measurements", "Measurements", "measurements.overview"),
     ("/explore", "Explore", "explore"),
     ("/", "What is missing", "missing"),
     ("/compare", "Compare", "compare"),
@@ -92,20 +91,19 @@ class Workbench:
     async def _fill(self, path: str, module: str, view: View, content: ui.element) -> None:
         """Show the page of a module, or why there is none."""
         if not module:
-            empty("No such page", f"There is nothing at {path}.", ("What is missing", "/"))
+            page_head("No such page")
+            empty("There is nothing here", f"No page has the address {path}.", ("What is missing", "/"))
             return
         try:
             await importlib.import_module(f".{module}", __package__).show(view)
         except InputError as error:
-            empty("This cannot be shown", str(error), ("Reports and history", "/reports"))
+            _cannot_be_shown(str(error), content)
         except Exception as error:
             if gone(content):
                 return
             # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
             logging.getLogger("tribofmu.app").exception("page %s", path)
-            content.clear()
-            said = f"{type(error).__name__}: {shown(error)}"
-            empty("This cannot be shown", said, ("Reports and history", "/reports"))
+            _cannot_be_shown(f"{type(error).__name__}: {shown(error)}", content)
 
     def _state(self) -> tuple[int, int]:
         """Return what a page depends on: the commands that ended, and what was decided."""
@@ -117,6 +115,15 @@ class Workbench:
         return self._seen[1], sum(j.ended for j in self.worker.jobs)
 
     _seen = (-1, 0)
+
+
+def _cannot_be_shown(why: str, content: ui.element) -> None:
+    """Say why there is no page, instead of half of one."""
+    if gone(content):
+        return
+    content.clear()
+    page_head("This cannot be shown")
+    empty("Why", why, ("Reports and history", "/reports"))
 
 
 class Strip:

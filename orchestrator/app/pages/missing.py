@@ -13,7 +13,7 @@ from friction_models.common.files import read_json
 from ...report.reading import ReadPage
 from .. import commands
 from ..commands import effect_names
-from ..history import ACCEPTED, TAKEN_BACK, Story
+from ..project.history import ACCEPTED, TAKEN_BACK, Story
 from .frame import page_head
 from .parts import (
     action,
@@ -56,13 +56,13 @@ async def show(view: View) -> None:
             "says which effect is missing, that nothing is, or that these tests cannot tell.",
         )
         _choices(view, story)
-        if story.model in commands.FAMILIES:
+        if story.model in commands.models.FAMILIES:
             say(
                 "Without a model of your own, begin with linear: it is fitted to the measurements first, and is simple enough for "
                 "what it lacks to be seen.",
                 "soft",
             )
-        action(view, commands.diagnose(story.data, story.model), "Ask what is missing", first=True)
+        action(view, commands.models.diagnose(story.data, story.model), "Ask what is missing", first=True)
         _candidate(view, story)
         await _rounds(view, story, answer)
         return
@@ -80,12 +80,12 @@ async def show(view: View) -> None:
         section(page.section(name))
     heading("Another question")
     _choices(view, story)
-    action(view, commands.diagnose(story.data, story.model), "Ask again")
+    action(view, commands.models.diagnose(story.data, story.model), "Ask again")
 
 
 def _answer(view: View, story: Story) -> tuple[dict[str, Any], ReadPage | None]:
     """Return what `diagnose` wrote about the model in hand: its JSON and its page."""
-    file, page, _ = commands.diagnosis_files(story.data, story.model)
+    file, page, _ = commands.models.diagnosis_files(story.data, story.model)
     path = view.project.inside(file)
     return (read_json(path) if path.is_file() else {}), view.page(page)
 
@@ -93,7 +93,7 @@ def _answer(view: View, story: Story) -> tuple[dict[str, Any], ReadPage | None]:
 def _choices(view: View, story: Story) -> None:
     project = view.project
     sets = {project.relative(p): commands.short(project.relative(p)) for p in project.data_sets()}
-    models = {name: f"{name} (fitted when asked)" for name in commands.FAMILIES}
+    models = {name: f"{name} (fitted when asked)" for name in commands.models.FAMILIES}
     models |= {project.relative(p): p.name for p in project.models()}
     models.setdefault(story.model, story.model)
     sets.setdefault(story.data, story.data)
@@ -126,7 +126,10 @@ def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) 
     """Show what may be added: what is named, and on request anything else that was tried."""
     if named:
         action(
-            view, commands.refine(story.data, story.model, named), f"Add {' and '.join(named)}", first=True
+            view,
+            commands.models.refine(story.data, story.model, named),
+            f"Add {' and '.join(named)}",
+            first=True,
         )
     _formulas(view, story, answer, first=not named)
     rivals = [e for e in effect_names(answer.get("confusion_set")) if e not in named]
@@ -139,7 +142,7 @@ def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) 
         return
     with ui.expansion("Add another effect").classes("other"):
         for effect in others:
-            action(view, commands.refine(story.data, story.model, [effect]), f"Add {effect}")
+            action(view, commands.models.refine(story.data, story.model, [effect]), f"Add {effect}")
 
 
 def _formulas(view: View, story: Story, answer: dict[str, Any], first: bool) -> None:
@@ -163,7 +166,7 @@ def _formulas(view: View, story: Story, answer: dict[str, Any], first: bool) -> 
             removes = f" It removes {100 * share:.0f} % [{low} to {high} %] of the error that can be avoided."
         say(f"{shown(offer.get('equation', ''), 300)}.{removes}")
         action(
-            view, commands.refine(story.data, story.model, names), f"Add {' and '.join(names)}", first=first and number == 0
+            view, commands.models.refine(story.data, story.model, names), f"Add {' and '.join(names)}", first=first and number == 0
         )  # fmt: skip
 
 
@@ -205,7 +208,7 @@ async def _rounds(view: View, story: Story, answer: dict[str, Any]) -> None:
 def _staircase(view: View, model: str, answer: dict[str, Any]) -> Any:
     """Return the figure of the errors of all rounds of a model, which its card keeps."""
     from ...report.charts.rounds import rounds_chart
-    from ..figures import as_read
+    from ..figures.as_read import as_read
 
     card = read_json(view.project.inside(f"{model}/card.json"))
     history = card.get("model", {}).get("learned", {}).get("error_history", [])
@@ -233,6 +236,6 @@ def _next_tests(view: View, story: Story, page: ReadPage) -> None:
         heading("What to test next")
         for part in told:
             words(part)
-        plan = commands.diagnosis_files(story.data, story.model)[2]
+        plan = commands.models.diagnosis_files(story.data, story.model)[2]
         if view.project.inside(plan).is_file():
             download(plan, "Download the plan (CSV)")

@@ -12,6 +12,7 @@ from friction_models.common.markup import escape
 from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
 from ..commands import Command
 from ..serving import address
+from .sizes import least_width
 from .stepped import has_slider, stepped
 from .view import View
 
@@ -26,6 +27,9 @@ def gone(element: ui.element) -> bool:
 
 def words(text: str, kind: str = "") -> ui.html:
     """Show HTML that was written by `markup` or by `reading`; the browser sanitizes it once more."""
+    # What is moved sideways on a phone must be reached by keys.
+    moved = '<div class="scroll" tabindex="0" role="group" aria-label="Table">'
+    text = text.replace('<div class="scroll">', moved)
     return ui.html(text, sanitize=True).classes(kind)
 
 
@@ -67,7 +71,7 @@ def drawing(data: list[Any], layout: dict[str, Any], description: str) -> ui.ele
         height = layout.get("height") or 330
         config = {"displayModeBar": False, "responsive": True}
         plot = ui.plotly({"data": data, "layout": {**layout, "autosize": True}, "config": config})
-        plot.style(f"width: 100%; height: {int(height)}px")
+        plot.style(f"width: 100%; height: {int(height)}px; min-width: {least_width(layout)}px")
     return frame
 
 

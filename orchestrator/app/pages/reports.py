@@ -9,8 +9,8 @@ from nicegui import ui
 
 from friction_models.common.markup import table
 
-from .. import history
-from ..forming_commands import STORY, story
+from ..commands.forming import STORY, story
+from ..project import history
 from ..serving import address
 from .frame import page_head
 from .parts import action, download, empty, heading, say, words
@@ -60,7 +60,7 @@ async def show(view: View) -> None:
         )
         for line in _told(lines)[::-1][:_LINES]
     ]
-    words(table(["time (UTC)", "what", "command", "outcome"], rows))
+    words(f'<div class="scroll">{table(["time (UTC)", "what", "command", "outcome"], rows)}</div>', "history")
     if len(lines) > _LINES:
         say(f"The last {_LINES} of {len(lines)} lines; all are in history.jsonl.", "soft")
 

@@ -11,7 +11,7 @@ from nicegui import events, ui
 from friction_models.common.errors import shown
 from friction_models.loads.contract import with_unit
 
-from ..residual_figures import (
+from ..figures.residuals import (
     Cell,
     between,
     cell_map,

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import events, ui
 
 from ...report.reading import ReadFigure
+from .sizes import least_width
 
 #: Room that the slider of a report takes below its figure [px].
 _ROOM = 100
@@ -57,7 +58,7 @@ def stepped(figure: ReadFigure) -> ui.element:
         plot = ui.plotly(
             {"data": data, "layout": layout, "config": {"displayModeBar": False, "responsive": True}}
         )
-        plot.style(f"width: 100%; height: {height}px")
+        plot.style(f"width: 100%; height: {height}px; min-width: {least_width(layout)}px")
 
     def moved(event: events.ValueChangeEventArguments[Any]) -> None:
         at = min(max(int(event.value or 0), 0), len(steps) - 1)

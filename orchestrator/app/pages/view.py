@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...report.reading import ReadPage, read_page
-from .. import history
-from ..commands import FAMILIES, Command
-from ..history import Round, Story
-from ..project import HISTORY, Project
-from ..worker import Job, Worker
+from ..commands import Command
+from ..commands.models import FAMILIES
+from ..project import HISTORY, Project, history
+from ..project.history import Round, Story
+from ..work.worker import Job, Worker
 
 #: The model with which the loop begins where none is chosen.
 FIRST_MODEL = "linear"

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from friction_models.common import InputError
+from friction_models.common.stages import Stages
 
-from ..common.console import say, write_page, write_result
+from ..common.console import built_page, keeping, progress, say, write_result
 from ..common.files_named import Commands, Reads, Writes
 from ..common.options import (
     Isolate,
@@ -71,16 +72,25 @@ def diagnose(
     friction = any_model(model, given_names([model], names))
     dataset = read_campaigns(data, tests)
     part = dataset.select("train")  # tests that are held out stay unseen
-    result = search(part.points, part.tests, model=friction, seed=seed)
+    with keeping(), progress("diagnose") as tick:
+        stages = Stages(tick)
+        searching = stages.part(60 if report else 100)
+        result = search(part.points, part.tests, model=friction, seed=seed, progress=searching)
+        write = built_page(None, "diagnosis")
+        if report:
+            from ...report.diagnosis_page import confirmed_addition
+
+            stages(60, "before and after")
+            confirmed = confirmed_addition(friction, part, result.effects)
+            stages(75, "page of the answer")
+            write = built_page(report, "diagnosis", result, model, confirmed)
+            stages(100, "the answer")
     say(result.report())
     if earlier is not None:
         say(changes_text(earlier, result))
+    # All is computed: an interrupt before leaves no file, so none of an answer beside one of another.
     write_result(json, {"synthetic": result.synthetic, **result.to_dict()})
-    if report:
-        from ...report.diagnosis_page import confirmed_addition
-
-        confirmed = confirmed_addition(friction, part, result.effects)
-        write_page(report, "diagnosis", result, model, confirmed)
+    write()
     if plan is not None:
         _write_plan(plan, result.next_tests)
 
@@ -137,22 +147,33 @@ def refine(
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
     friction = any_model(model)
     dataset = read_campaigns(data, tests)
-    better = improve(dataset.points, dataset.tests, model=friction, add=add, force=force)
-    if friction.is_fitted:
-        say(evaluate(friction, dataset, name=f"before: {model}").report())
-    result = evaluate(better, dataset, name=f"after: {model} + {' + '.join(add)}")
-    for role, measures in result.roles.items():
-        better.record_errors(role, measures)
-    say(result.report())
-    say(history_text(better.error_history_))
-    if interval:
-        say(add_interval(better, dataset))
+    said: list[str] = []
+    with keeping(), progress("refine") as tick:
+        stages = Stages(tick)
+        fitting = stages.part(25)
+        better = improve(
+            dataset.points, dataset.tests, model=friction, add=add, force=force, progress=fitting
+        )
+        stages(25, "errors")
+        if friction.is_fitted:
+            said.append(evaluate(friction, dataset, name=f"before: {model}").report())
+        result = evaluate(better, dataset, name=f"after: {model} + {' + '.join(add)}")
+        for role, measures in result.roles.items():
+            better.record_errors(role, measures)
+        said += [result.report(), history_text(better.error_history_)]
+        if interval:
+            stages(30, "prediction interval")
+            said.append(add_interval(better, dataset))
+        stages(75, "page of the answer")
+        if report and not friction.is_fitted:
+            friction = improve(dataset.points, dataset.tests, model=friction)
+        write = built_page(report, "refinement", friction, better, dataset, model)
+        stages(100, "the model")
+    for text in said:
+        say(text)
     better.save(out)
     say(f"model written: {out}")
-    if report:
-        if not friction.is_fitted:
-            friction = improve(dataset.points, dataset.tests, model=friction)
-        write_page(report, "refinement", friction, better, dataset, model)
+    write()
 
 
 def read_campaigns(data: list[Path], tests: Path | None) -> DataSet:

@@ -38,6 +38,6 @@ def workbench(
     ] = "127.0.0.1",
 ) -> None:
     """Open the workbench in the browser: what is missing, comparing, FMUs. Every button is a command line."""
-    from ...app.server import serve
+    from ...app.server.listening import serve
 
     serve(folder, port, host, browser, example)

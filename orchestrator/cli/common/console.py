@@ -109,13 +109,24 @@ def say(text: str) -> None:
 
 def write_page(outs: Sequence[Path] | None, name: str, *content: Any) -> None:
     """Write the page of a kind that `report.registry` names to each file that the user asked for, and say so."""
-    if outs:
-        from ...report.registry import page_of
+    built_page(outs, name, *content)()
+
+
+def built_page(outs: Sequence[Path] | None, name: str, *content: Any) -> Callable[[], None]:
+    """Build such a page, and return what writes it: files that belong together are written together, when all is computed."""
+    if not outs:
+        return lambda: None
+    from ...report.registry import page_of
+
+    html = page_of(name, *content)
+
+    def write() -> None:
         from ...report.writing import write_page_file
 
-        html = page_of(name, *content)
         for out in outs:
             say(f"report written: {write_page_file(out, html)}")
+
+    return write
 
 
 def note(text: str) -> None:

@@ -34,21 +34,27 @@ def served(folder: Path, *options: str, **environment: str) -> Iterator[Served]:
     """Serve a copy of the example in a process of its own, on a free port."""
     pytest.importorskip("nicegui", reason="the extra [app] is not installed")
     command = [sys.executable, "-c", "from orchestrator.cli import main; main()", "app", str(folder)]
-    with subprocess.Popen(
-        [*command, "--example", "--no-browser", *options],
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "OMP_NUM_THREADS": "1", **environment},
-    ) as process:
+    log = folder.parent / f"{folder.name}.log"
+    with (
+        log.open("wb") as errors,
+        subprocess.Popen(
+            [*command, "--example", "--no-browser", *options],
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+            env={**os.environ, "OMP_NUM_THREADS": "1", **environment},
+        ) as process,
+    ):
         try:
             assert process.stdout is not None
             lines = [process.stdout.readline() for _ in range(3)]
             found = re.search(r"http://[^:]+:(\d+)/(?:\?token=(\S+))?", "".join(lines))
-            assert found is not None, lines
+            assert found is not None, (lines, log.read_text())
             yield Served(int(found[1]), found[2] or "", folder.resolve())
         finally:
             process.send_signal(signal.SIGINT)
             process.wait(20)
+    assert "Traceback" not in log.read_text(), log.read_text()[-4000:]
 
 
 @pytest.fixture(scope="module")

@@ -12,10 +12,11 @@ from nicegui import ui
 from nicegui.testing import User
 from nicegui.testing.user_simulation import user_simulation
 
-from orchestrator.app.pages import frame, raw_set
+from orchestrator.app.pages import frame
 from orchestrator.app.pages.frame import Workbench
+from orchestrator.app.pages.measurements import raw_set
 from orchestrator.app.project import Project
-from orchestrator.app.worker import Worker
+from orchestrator.app.work.worker import Worker
 
 
 class Idle(Worker):

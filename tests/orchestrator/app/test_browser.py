@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from friction_models.loads import DataSet
-from orchestrator.app import history
-from orchestrator.app.project import HISTORY, Project
+from orchestrator.app.project import HISTORY, Project, history
 from orchestrator.cli.main import run
 
 from .chromium import CHROMIUM, Watched

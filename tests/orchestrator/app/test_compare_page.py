@@ -15,9 +15,9 @@ pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 from nicegui import ui
 
 from friction_models import DataSet
-from orchestrator.app.commands import compare, comparison_points
+from orchestrator.app.commands.models import compare, comparison_points
+from orchestrator.app.figures.residuals import between, cells, counted, points_of
 from orchestrator.app.project import Project
-from orchestrator.app.residual_figures import between, cells, counted, points_of
 from orchestrator.cli.main import run
 
 from .seen import figures, labelled, look, shown, until, waiting

@@ -17,9 +17,9 @@ from nicegui.testing import User
 from forming.press import PressCurves, PressLevel
 from forming.processes.names import PROCESSES
 from forming.processes.parameters import declared
-from orchestrator.app.forming_commands import Forming, coverage, form
+from orchestrator.app.commands.forming import Forming, coverage, form
 from orchestrator.app.project import Project
-from orchestrator.app.worker import Worker
+from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
 from .seen import figures, labelled, look, shown, until, waiting

@@ -210,7 +210,7 @@ def test_what_sends_more_than_it_announced_is_cut_off() -> None:
     """The guard alone, before an application that reads all it is given."""
     import asyncio
 
-    from orchestrator.app.guard import Access, Guard
+    from orchestrator.app.server.guard import Access, Guard
 
     access, got = Access(8420), []
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from orchestrator.app import history
-from orchestrator.app.history import ACCEPTED, CHOSEN, ENDED, TAKEN_BACK, Story
+from orchestrator.app.project import history
+from orchestrator.app.project.history import ACCEPTED, CHOSEN, ENDED, TAKEN_BACK, Story
 
 
 def refined(model: str, code: int = 0) -> dict[str, object]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from orchestrator.app.map_form import MapForm, beyond_limits
+from orchestrator.app.raw.map_form import MapForm, beyond_limits
 from sct_twin.readers import RawTable
 
 

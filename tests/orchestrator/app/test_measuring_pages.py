@@ -17,9 +17,8 @@ from nicegui.elements.upload_files import SmallFileUpload
 from nicegui.testing import User
 
 from friction_models.loads import DataSet
-from orchestrator.app import history
-from orchestrator.app.project import HISTORY, Project
-from orchestrator.app.worker import Worker
+from orchestrator.app.project import HISTORY, Project, history
+from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
 from .seen import built, figures, look, shown, until, waiting
@@ -107,7 +106,7 @@ def test_records_are_mapped_with_units_phases_and_zero_readings(tmp_path: Path) 
     async def test(user: User, worker: Worker) -> None:
         await user.open("/measurements?raw=rig")
         await until(lambda: "Not complete: no plate temperature" in shown(user))
-        fields(user, ui.number, "T_tool, the tool [degC]")[0].set_value(20)
+        fields(user, ui.number, "T_tool of all tests [degC]")[0].set_value(20)
         await until(lambda: "sliding begins [s]" in shown(user))
         said = shown(user)
         # 0.3 kN without load; friction 7.2 kN over 90 kN.
@@ -213,7 +212,7 @@ def test_pictures_of_the_same_points_that_can_be_picked(example: Project) -> Non
 
 
 def test_uploads_are_bounded_and_names_are_checked(example: Project, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("orchestrator.app.pages.bring.LARGEST", 5000)
+    monkeypatch.setattr("orchestrator.app.pages.measurements.bring.LARGEST", 5000)
 
     async def test(user: User, worker: Worker) -> None:
         for name, text, said in (

@@ -23,7 +23,7 @@ OFFER = {
 
 
 def test_empirical_terms_are_offered_with_what_they_remove(example: Project) -> None:
-    json_file, page_file, _ = commands.diagnosis_files("data/sct", "linear")
+    json_file, page_file, _ = commands.models.diagnosis_files("data/sct", "linear")
     page = Page("linear: something is missing that the catalogue does not know", "diagnosis")
     page.add("verdict", "Verdict", "<p>Unknown structure.</p>")
     (example.root / page_file).write_text(page.render())
@@ -41,7 +41,7 @@ def test_empirical_terms_are_offered_with_what_they_remove(example: Project) -> 
         said = shown(user)
         assert "Curves that would help" in said and "&lt;b&gt;exp" in said
         assert "It removes 62 % [41 to 80 %] of the error that can be avoided." in said
-        expected = commands.refine("data/sct", "linear", ["empirical:bump(T)"]).line
+        expected = commands.models.refine("data/sct", "linear", ["empirical:bump(T)"]).line
         # The shell would take the brackets for its own.
         assert "--add 'empirical:bump(T)'" in expected
         user.find("Add empirical:bump(T)").click()

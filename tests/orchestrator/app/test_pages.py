@@ -15,11 +15,11 @@ pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 from nicegui import ui
 from nicegui.testing import User
 
-from orchestrator.app import commands, history
-from orchestrator.app.history import ACCEPTED, CHOSEN, ENDED
+from orchestrator.app import commands
 from orchestrator.app.pages.frame import PAGES
-from orchestrator.app.project import HISTORY, Project
-from orchestrator.app.worker import Worker
+from orchestrator.app.project import HISTORY, Project, history
+from orchestrator.app.project.history import ACCEPTED, CHOSEN, ENDED
+from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
 from .seen import figures, look, shown, until, waiting
@@ -31,9 +31,9 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     project = Project.open(tmp_path_factory.mktemp("finished") / "project", example=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(project.root)
-        assert run(commands.diagnose("data/sct", "linear").arguments) == 0
-        assert run(commands.refine("data/sct", "linear", ["stribeck"]).arguments) == 0
-        assert run(commands.compare("data/sct", ["models/linear-stribeck", "0.08"]).arguments) == 0
+        assert run(commands.models.diagnose("data/sct", "linear").arguments) == 0
+        assert run(commands.models.refine("data/sct", "linear", ["stribeck"]).arguments) == 0
+        assert run(commands.models.compare("data/sct", ["models/linear-stribeck", "0.08"]).arguments) == 0
     return project.root
 
 
@@ -65,7 +65,7 @@ def test_every_page_of_an_empty_project_says_what_to_do_next(tmp_path: Path) -> 
 def test_asking_starts_the_command_that_is_shown(example: Project) -> None:
     async def test(user: User, worker: Worker) -> None:
         await user.open("/")
-        line = commands.diagnose("data/sct", "linear").line
+        line = commands.models.diagnose("data/sct", "linear").line
         await user.should_see(line)
         user.find("Ask what is missing").click()
         await user.should_see("Cancel")
@@ -89,7 +89,7 @@ def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> N
         # Effect, budget, ranking, residuals, their map, response, worst tests.
         assert len(figures(user)) == 7
         user.find("Add stribeck").click()
-        assert waiting(worker) == [commands.refine("data/sct", "linear", ["stribeck"]).line]
+        assert waiting(worker) == [commands.models.refine("data/sct", "linear", ["stribeck"]).line]
 
     look(loop, test)
 
@@ -97,7 +97,7 @@ def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> N
 def test_before_and_after_then_accepted_then_taken_back(loop: Project) -> None:
     file = loop.root / HISTORY
     history.add(file, CHOSEN, data="data/sct", model="linear")
-    history.add(file, ENDED, job=1, code=0, **commands.refine("data/sct", "linear", ["stribeck"]).more)
+    history.add(file, ENDED, job=1, code=0, **commands.models.refine("data/sct", "linear", ["stribeck"]).more)
 
     async def test(user: User, worker: Worker) -> None:
         await user.open("/")
@@ -127,7 +127,7 @@ def test_before_and_after_then_accepted_then_taken_back(loop: Project) -> None:
 def test_the_model_is_packed_with_the_chosen_options(loop: Project) -> None:
     file = loop.root / HISTORY
     history.add(file, CHOSEN, data="data/sct", model="linear")
-    history.add(file, ENDED, job=1, code=0, **commands.refine("data/sct", "linear", ["stribeck"]).more)
+    history.add(file, ENDED, job=1, code=0, **commands.models.refine("data/sct", "linear", ["stribeck"]).more)
     history.add(file, ACCEPTED)
 
     async def test(user: User, worker: Worker) -> None:
@@ -149,7 +149,9 @@ def test_a_comparison_and_the_measurements(loop: Project) -> None:
         # Errors over each load and over two, parity, response, tests.
         assert len(figures(user)) == 5
         user.find("Compare 2").click()
-        assert waiting(worker) == [commands.compare("data/sct", ["models/linear-stribeck", "0.08"]).line]
+        assert waiting(worker) == [
+            commands.models.compare("data/sct", ["models/linear-stribeck", "0.08"]).line
+        ]
         await user.open("/measurements")
         assert "81 train, 30 test" in shown(user) and "sigma_n [MPa]" in shown(user)
         await user.open("/reports")
@@ -203,7 +205,7 @@ def test_a_history_of_others_names_nothing_outside(example: Project, line: dict[
 
     async def test(user: User, worker: Worker) -> None:
         await user.open("/")
-        await user.should_see(commands.diagnose("data/sct", "linear").line)
+        await user.should_see(commands.models.diagnose("data/sct", "linear").line)
 
     look(example, test)
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from orchestrator.app import history
-from orchestrator.app.commands import check, compare, refine
-from orchestrator.app.forming_commands import STORY, story
-from orchestrator.app.history import ACCEPTED, CHOSEN, ENDED
-from orchestrator.app.project import HISTORY, Project
+from orchestrator.app.commands.fmus import check
+from orchestrator.app.commands.forming import STORY, story
+from orchestrator.app.commands.models import compare, refine
+from orchestrator.app.project import HISTORY, Project, history
+from orchestrator.app.project.history import ACCEPTED, CHOSEN, ENDED
 from orchestrator.cli.main import run
 from orchestrator.report.parts.page import Page
 from orchestrator.report.reading import ReadFigure, read_page

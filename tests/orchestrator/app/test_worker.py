@@ -13,10 +13,9 @@ from pathlib import Path
 import pytest
 
 from friction_models.common.child_processes import python_command
-from orchestrator.app import history
 from orchestrator.app.commands import Command
-from orchestrator.app.project import HISTORY, WORK, Project
-from orchestrator.app.worker import (
+from orchestrator.app.project import HISTORY, WORK, Project, history
+from orchestrator.app.work.worker import (
     CANCELLED,
     DONE,
     FAILED,
@@ -136,7 +135,7 @@ def test_what_a_killed_server_had_at_work_ends_with_it_and_is_completed_by_the_n
     arguments = ("lab", "--plan", "data/plan.csv", "-o", "campaigns/a", "--jobs", "1")
     code = (
         "from pathlib import Path; import time; from orchestrator.app.commands import Command;"
-        "from orchestrator.app.project import Project; from orchestrator.app.worker import Worker;"
+        "from orchestrator.app.project import Project; from orchestrator.app.work.worker import Worker;"
         f"w = Worker(Project.open(Path({str(example.root)!r}))); j = w.start(Command('Laboratory', {arguments!r}));"
         "\nwhile j.process is None: time.sleep(0.01)\nprint(j.process.pid, flush=True); time.sleep(600)"
     )
@@ -196,7 +195,7 @@ def test_a_silent_command_is_interrupted_when_the_pipe_of_its_server_closes(
         "    except KeyboardInterrupt:\n        raise SystemExit(130) from None\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    command = python_command("orchestrator.app.attached", "silent_sleeper")
+    command = python_command("orchestrator.app.work.attached", "silent_sleeper")
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
     ) as child:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from .project import WORK, Project
-from .worker import Worker
+from ..project import WORK, Project
+from ..work.worker import Worker
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -25,8 +25,8 @@ def build(project: Project, worker: Worker) -> FastAPI:
     from fastapi import FastAPI
     from nicegui import ui
 
-    from .pages.frame import Workbench
-    from .serving import add_files
+    from ..pages.frame import Workbench
+    from ..serving import add_files
 
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     add_files(app, project)

@@ -12,11 +12,11 @@ from nicegui import events, ui
 from friction_models.common import InputError
 from friction_models.loads.tests_table import TableOfTests
 
-from .. import measuring_commands
-from ..commands import Command
-from .frame import page_head
-from .parts import button, choice, line, say
-from .view import View
+from ... import commands
+from ...commands import Command
+from ..frame import page_head
+from ..parts import button, choice, line, say
+from ..view import View
 
 #: Columns that are often wanted, with what stands in them.
 _USUAL = {
@@ -77,13 +77,16 @@ class _Editor:
         ]  # fmt: skip
         rows = [{f: cells.get(n, "") for f, n in self.fields.items()} for cells in self.found.cells()]
         with ui.element("section"):
-            say("Click twice into a cell to change it, or change many below.", "soft")
+            say("Click twice into a cell, or press Enter there, to change it; or change many below.", "soft")
             self.grid = ui.aggrid(
                 {
                     "columnDefs": columns,
                     "rowData": rows,
                     "stopEditingWhenCellsLoseFocus": True,
                     "singleClickEdit": False,
+                    # One stop for Tab: arrows go from cell to cell. In a cell that is being changed Tab goes to the next.
+                    ":tabToNextCell": "(e) => e.editing ? e.nextCellPosition : false",
+                    ":tabToNextHeader": "() => false",
                 },
                 auto_size_columns=False,
             )
@@ -166,7 +169,7 @@ class _Editor:
             return
         triples = [(t, c, v) for (t, c), v in self.changes.items()]
         changed = self.found.changed(triples)
-        command = measuring_commands.edit_tests(self.place, triples)
+        command = commands.measuring.edit_tests(self.place, triples)
         with self.status:
             say(f"Not saved yet: {self.found.difference(changed)}.")
         with self.foot:

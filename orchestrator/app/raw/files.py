@@ -15,8 +15,8 @@ from friction_models.common.yaml_files import read_yaml
 from sct_twin.ingest.measurement_files import measurement_files
 from sct_twin.readers import SUFFIXES, RawTable, read_file
 
-from .measuring_commands import CHANNEL_MAP, POINT_MAP
-from .project import Project, is_name, name_of
+from ..commands.measuring import CHANNEL_MAP, POINT_MAP
+from ..project import Project, is_name, name_of
 
 RAW = "raw"
 #: Most files of a set.

@@ -10,15 +10,14 @@ from friction_models.common import InputError, atomic_path
 from friction_models.common.errors import shown
 from sct_twin.readers import SUFFIXES
 
-from .. import history
-from ..project import is_name, name_of
-from ..raw_files import MAPS, MOST_FILES, RAW, free_name, set_name
-from .parts import button, heading, say
-from .view import View
+from ...project import history, is_name, name_of
+from ...raw.files import MAPS, MOST_FILES, RAW, free_name, set_name
+from ..parts import button, heading, say
+from ..view import View
 
 #: Largest file that is taken [byte].
 LARGEST = 100_000_000
-#: Adds the files of folders that are dropped on the area or chosen; the browser hands out a folder only piece by piece.
+#: Adds the files of folders that are dropped on the area; the browser hands out a folder only piece by piece.
 _FOLDERS = """
 ((area) => {
 if (!area) return;  // the page went away meanwhile
@@ -40,13 +39,19 @@ host.addEventListener('drop', (e) => {
   e.preventDefault(); e.stopPropagation();
   Promise.all(entries.map(read)).then((x) => take(x.flat()));
 }, true);
-host.pickFolder = () => {
+})(getElement(%d));
+"""
+#: Lets one choose a folder, and adds its files to the area.
+_PICK_FOLDER = """
+() => {
   const field = document.createElement('input');
   field.type = 'file'; field.webkitdirectory = true; field.multiple = true;
-  field.onchange = () => take([...field.files].filter((f) => !f.name.startsWith('.')));
+  field.onchange = () => {
+    const found = [...field.files].filter((f) => !f.name.startsWith('.'));
+    if (found.length) getElement(%d).$refs.qRef.addFiles(found);
+  };
   field.click();
-};
-})(getElement(%d));
+}
 """
 
 
@@ -102,7 +107,7 @@ def bring(view: View, title: str, into: str = "") -> None:
             choose = button("Choose files", lambda: None)
             choose.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
             folder = button("Choose a folder", lambda: None)
-            folder.on("click", js_handler=f"() => getElement({upload.id}).$el.pickFolder()")
+            folder.on("click", js_handler=_PICK_FOLDER % upload.id)
 
 
 def _new_set(view: View, file: str) -> str:

@@ -12,8 +12,8 @@ from pathlib import Path
 from friction_models.common import InputError
 from friction_models.common.locks import locked
 
+from ..project import WORK, Project
 from .guard import LOOPBACK, Access, Guard, machine_names
-from .project import WORK, Project
 
 #: The first port that is tried, and how many behind it.
 PORT, PORTS = 8420, 50
@@ -100,8 +100,8 @@ def _listen(host: str, port: int | None) -> socket.socket:
 def _run(project: Project, access: Access, listening: socket.socket, host: str, browser: bool) -> None:
     import uvicorn
 
+    from ..work.worker import Worker
     from .build import build
-    from .worker import Worker
 
     worker = Worker(project)
     guarded = Guard(build(project, worker), access)

@@ -14,18 +14,19 @@ from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.ingest.point_map import PointMap
 from sct_twin.ingest.point_tables import read_point_tables
 
-from .. import history, measuring_commands
-from ..commands import Command
-from ..map_form import MapForm, beyond_limits, looks_like_records
-from ..raw_figures import columns_figure, loads_figure, preview_row
-from ..raw_files import RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
-from ..worker import DONE, FAILED
+from ... import commands
+from ...commands import Command
+from ...figures.raw import columns_figure, loads_figure, preview_row
+from ...project import history
+from ...raw.files import RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
+from ...raw.map_form import MapForm, beyond_limits, looks_like_records
+from ...work.worker import DONE, FAILED
+from ..frame import page_head
+from ..parts import button, choice, empty, gone, heading, line, picture, say, words
+from ..view import View
 from .bring import bring
-from .frame import page_head
 from .map_fields import MapFields
-from .parts import button, choice, empty, gone, heading, line, picture, say, words
 from .taken_in import campaign, data_set, rounded
-from .view import View
 
 #: How long the page waits for the next letter before it looks at the map again [s].
 PAUSE = 0.35
@@ -109,12 +110,7 @@ class _Page:
         with self.verdict:
             if problem:
                 say(f"Not complete: {problem}", "problem")
-                hint = (
-                    "Sign, zero reading and scale stand beside each column."
-                    if self.form.records
-                    else "Rows that do not count can be left out: see sign, limits beside a column."
-                )
-                say(hint, "soft")
+                say(_hint(problem, self.form.records), "soft")
                 self._mend(problem)
             elif row is not None:
                 words(table(["first file", "found"], _first(row), narrow=True))
@@ -191,7 +187,7 @@ class _Page:
 def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Command]:
     """Return the command that takes the files in, and the one that only looks."""
     if form.records:
-        return measuring_commands.ingest(found.place, found.name), measuring_commands.ingest(
+        return commands.measuring.ingest(found.place, found.name), commands.measuring.ingest(
             found.place, found.name, dry_run=True
         )
     target = found.name
@@ -199,9 +195,18 @@ def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Comman
     if (view.project.root / "data" / target / "earlier").is_dir():
         target = free_name(view.project, "data", target)
     files = [found.place] if len(found.files) > 12 else found.files
-    return measuring_commands.points(files, found.place, target), measuring_commands.points(
+    return commands.measuring.points(files, found.place, target), commands.measuring.points(
         files, found.place, target, dry_run=True
     )
+
+
+def _hint(problem: str, records: bool) -> str:
+    """Return where on the page it can be mended."""
+    if not records:
+        return "Rows that do not count can be left out: see sign, limits beside a column."
+    if "'T_tool'" in problem:
+        return "T_tool stands below the columns: the temperature of the tool in all these tests. A file tests.csv can name one for each."
+    return "Sign, zero reading and scale stand beside each column."
 
 
 def _count(number: int, what: str) -> str:

@@ -12,14 +12,14 @@ from nicegui import ui
 from friction_models.common import InputError
 from friction_models.common.markup import bullets, table
 
-from .. import commands
-from ..loaded import loaded, stamp
-from ..project import Project
+from ... import commands
+from ...project import Project
+from ...project.loaded import loaded, stamp
+from ..frame import page_head
+from ..parts import button, empty, heading, say, words
+from ..view import View
 from . import raw_set, taken_in, tests_editor
 from .bring import bring
-from .frame import page_head
-from .parts import button, empty, heading, say, words
-from .view import View
 
 
 async def show(view: View) -> None:
@@ -79,12 +79,11 @@ def _raw_sets(project: Project) -> None:
         return
     with ui.element("section"):
         heading("Measurement files")
-        for folder in sets:
-            files = sum(1 for p in folder.iterdir() if p.is_file() and p.suffix not in {".yaml", ".yml"})
-            with ui.element("div").classes("buttons"):
-                ui.link(
-                    f"{folder.name}: {files} file{'s' * (files != 1)}", f"/measurements?raw={folder.name}"
-                ).classes("button")
+        with ui.element("div").classes("buttons"):
+            for folder in sets:
+                files = sum(1 for p in folder.iterdir() if p.is_file() and p.suffix not in {".yaml", ".yml"})
+                said = f"{folder.name}: {files} file{'s' * (files != 1)}"
+                ui.link(said, f"/measurements?raw={folder.name}").classes("button")
 
 
 def _look(path: Path) -> dict[str, Any] | str:

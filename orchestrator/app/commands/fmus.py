@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from .commands import Command, short
+from .command import Command, short
 
 #: Most contact points of a friction FMU that a page offers.
 MOST_NODES = 100_000
@@ -106,3 +106,8 @@ def pack(model: str, options: PackOptions) -> Command:
     """Pack a model as an FMU."""
     arguments = ("pack", model, *options.arguments, "-o", fmu_file(model, options))
     return Command(f"Pack {short(model)} as an FMU", arguments)
+
+
+def check(fmu: str) -> Command:
+    """Check an FMU."""
+    return Command(f"Check {short(fmu)}", ("check", fmu))

@@ -13,10 +13,10 @@ from friction_models.common.markup import escape
 from friction_models.loads import LOAD_NAMES, DataSet
 from friction_models.loads.contract import with_unit
 
-from ..report.parts.chart import Chart
-from ..report.parts.theme import AFTER, COLORS, CONSTANT, INK, LINE
-from ..report.reading import ReadFigure
-from .figures import as_read
+from ...report.parts.chart import Chart
+from ...report.parts.theme import AFTER, COLORS, CONSTANT, INK, LINE
+from ...report.reading import ReadFigure
+from .as_read import as_read
 
 #: Most points that are drawn, and most levels that have a colour of their own.
 MOST, LEVELS = 3000, 8

@@ -17,11 +17,11 @@ from sct_twin.ingest.quality import quality_row
 from sct_twin.readers import RawTable
 from sct_twin.records.channels import CHANNELS
 
-from ..report.parts.chart import Chart
-from ..report.parts.theme import AFTER, CONSTANT
-from ..report.reading import ReadFigure
-from .figures import as_read
-from .map_form import ColumnForm, MapForm
+from ...report.parts.chart import Chart
+from ...report.parts.theme import AFTER, CONSTANT
+from ...report.reading import ReadFigure
+from ..raw.map_form import ColumnForm, MapForm
+from .as_read import as_read
 
 #: Points of a curve, and panels, that are drawn.
 POINTS, PANELS = 1200, 24

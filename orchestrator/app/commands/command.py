@@ -1,10 +1,9 @@
-"""The command lines behind the buttons. Each can be pasted into a shell in the project folder, and gives the same files."""
+"""A command line of `tribofmu`, and how one is read back from the history."""
 
 from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
@@ -12,10 +11,7 @@ from typing import Any
 from friction_models.common import InputError
 from friction_models.common.errors import shown
 
-from .project import Project, name_of
-
-#: Families that a model can start from without being trained before.
-FAMILIES = ("linear", "polynomial", "power_law", "constant")
+from ..project import Project
 
 
 @dataclass(frozen=True)
@@ -117,81 +113,3 @@ def short(name: str) -> str:
     """
     path = PurePosixPath(name)
     return path.stem if path.suffix in {".csv", ".parquet", ".fmu", ".onnx"} else path.name
-
-
-def diagnosis_files(data: str, model: str) -> tuple[str, str, str]:
-    """Return where the answer about a model is kept: JSON, page and plan of the next tests."""
-    stem = f"reports/diagnosis-{short(data)}-{short(model)}"
-    return f"{stem}.json", f"{stem}.html", f"{stem}-next-tests.csv"
-
-
-def diagnose(data: str, model: str) -> Command:
-    """Ask what a model is missing."""
-    json, page, plan = diagnosis_files(data, model)
-    arguments = (
-        "diagnose",
-        "--data",
-        data,
-        "--model",
-        model,
-        "--json",
-        json,
-        "--report",
-        page,
-        "--plan",
-        plan,
-    )
-    return Command(f"What is {short(model)} missing?", arguments)
-
-
-def refine(data: str, model: str, effects: Sequence[str]) -> Command:
-    """Add effects to a model.
-
-    Examples
-    --------
-    >>> refine("data/sct", "linear", ["factor:batch"]).arguments[-3]
-    'models/linear-factor-batch'
-    """
-    added = "-".join(name_of(effect) for effect in effects)
-    out = f"models/{name_of(f'{short(model)}-{added}')}"
-    page = f"reports/refined-{short(data)}-{short(out)}.html"
-    arguments = ("refine", "--data", data, "--model", model, "--add", *effects, "-o", out, "--report", page)
-    return Command(
-        f"Add {' and '.join(effects)} to {short(model)}",
-        arguments,
-        {"round": {"model": out, "added": list(effects), "report": page}},
-    )
-
-
-def train(data: str, family: str) -> Command:
-    """Train a model of a family."""
-    return Command(f"Train a {family} model", ("train", family, "--data", data, "-o", f"models/{family}"))
-
-
-def check(fmu: str) -> Command:
-    """Check an FMU."""
-    return Command(f"Check {short(fmu)}", ("check", fmu))
-
-
-def comparison_points(data: str) -> str:
-    """Return where the points of a comparison are kept, with mu of every model."""
-    return f"reports/comparison-{short(data)}.parquet"
-
-
-def compare(data: str, models: Sequence[str]) -> Command:
-    """Compare models on a data set."""
-    stem = f"reports/comparison-{short(data)}"
-    arguments = (
-        "compare",
-        "--models",
-        *models,
-        "--data",
-        data,
-        "--json",
-        f"{stem}.json",
-        "--report",
-        f"{stem}.html",
-        "--points",
-        comparison_points(data),
-    )
-    return Command(f"Compare {len(models)} models", arguments)

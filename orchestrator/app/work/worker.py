@@ -22,10 +22,9 @@ from typing import IO
 from friction_models.common.child_processes import python_command
 from friction_models.common.errors import shown
 
-from . import history
+from ..commands import Command, command_of
+from ..project import HISTORY, WORK, Project, history
 from .attached import GRACE
-from .commands import Command, command_of
-from .project import HISTORY, WORK, Project
 
 #: Environment variable of the command line: how often it says how far it is [s].
 PROGRESS_EVERY = "TRIBOFMU_PROGRESS_EVERY"
@@ -214,7 +213,7 @@ class Worker:
                 history.add(file, history.ENDED, job=job.number, command=job.command.line, code=130)
                 return
             process = job.process = subprocess.Popen(
-                python_command("orchestrator.app.attached", "orchestrator.cli", *job.command.arguments),
+                python_command("orchestrator.app.work.attached", "orchestrator.cli", *job.command.arguments),
                 cwd=self.project.root,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,

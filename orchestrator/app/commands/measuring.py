@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from .commands import Command
+from .command import Command
 
 #: What the maps of a set of files are called, which stand beside the files.
 CHANNEL_MAP, POINT_MAP = "channels.yaml", "points.yaml"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from ..report.reading import ReadFigure
+from ...report.reading import ReadFigure
 
 if TYPE_CHECKING:
-    from ..report.parts.chart import Chart
+    from ...report.parts.chart import Chart
 
 
 def as_read(name: str, chart: Chart, caption: str, description: str) -> ReadFigure:

@@ -16,12 +16,12 @@ from friction_models.discovery.answer.summaries import clustered_mean, load_bins
 from friction_models.loads import LOAD_NAMES, MU
 from friction_models.loads.contract import with_unit
 
-from ..comparison.on_tests import OF
-from ..report.charts.residuals import binned_residual
-from ..report.parts.chart import Chart
-from ..report.parts.theme import PRESS, looks
-from ..report.reading import ReadFigure
-from .figures import as_read
+from ...comparison.on_tests import OF
+from ...report.charts.residuals import binned_residual
+from ...report.parts.chart import Chart
+from ...report.parts.theme import PRESS, looks
+from ...report.reading import ReadFigure
+from .as_read import as_read
 
 #: Most bins of each load in a map, most points of a curve, largest file that is read [byte].
 BINS, POINTS, LARGEST = 6, 400, 500_000_000

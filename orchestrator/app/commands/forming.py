@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
-from .commands import Command, short
-from .project import name_of
+from ..project import name_of
+from .command import Command, short
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from nicegui import ui
 from friction_models.common.files import read_json
 from friction_models.common.markup import bullets, table
 
-from .. import commands, measuring_commands
-from .parts import action, button, heading, say, words
-from .view import View
+from ... import commands
+from ..parts import action, button, heading, say, words
+from ..view import View
 
 #: What is shown of the quality table, of how many tests.
 _QUALITY = ("test_id", "sampling_rate_Hz", "duration_s", "speed_mm_s", "sliding_mm", "F_n_sliding_N", "F_n_zero_N", "F_r_zero_N", "mu_mean", "mu_std", "notes")  # fmt: skip
@@ -39,7 +39,7 @@ def data_set(view: View, name: str) -> None:
 def ask(view: View, place: str) -> None:
     """Take a data set in hand, and ask what the model in hand is missing there."""
     use(view, place)
-    view.run(commands.diagnose(place, view.story().model))
+    view.run(commands.models.diagnose(place, view.story().model))
 
 
 def use(view: View, place: str) -> None:
@@ -73,7 +73,7 @@ def campaign(view: View, name: str) -> None:
                 )
             )
         ui.link("Edit the test table", f"/measurements?tests={place}").classes("button")
-        action(view, measuring_commands.twin(place, name), "Run the digital twin", first=True)
+        action(view, commands.measuring.twin(place, name), "Run the digital twin", first=True)
         if (view.project.root / "data" / name / "points.csv").is_file():
             ui.link("The data set", "/measurements").classes("button")
 

@@ -13,8 +13,8 @@ from nicegui import ui
 from friction_models.common.markup import escape
 from sct_twin.readers import RawTable
 
-from ..map_form import TEST_TABLE, ColumnForm, MapForm, choices, units_of
-from .parts import choice, heading, say, words
+from ...raw.map_form import TEST_TABLE, ColumnForm, MapForm, choices, units_of
+from ..parts import choice, heading, say, words
 
 #: From so many columns on, those that are not used are folded away.
 _MANY = 4
@@ -104,13 +104,13 @@ class MapFields:
                 self._number("moving mass [kg]", form.mass, partial(self._set, form, "mass"))
                 self._text(
                     "test in the file name: *_{test_id}_*", form.name, partial(self._set, form, "name")
-                )
+                ).classes("long")
             else:
                 self._text(
                     "in the file name: {oil}_{T_tool}C_{test_id}", form.name, partial(self._set, form, "name")
                 ).classes("long")
             if form.records:
-                self._number("T_tool, the tool [degC]", _degrees(form.metadata), self._tool)
+                self._number("T_tool of all tests [degC]", _degrees(form.metadata), self._tool)
             text = "; ".join(
                 f"{k}={v}" for k, v in form.metadata.items() if k != "T_tool" or not form.records
             )

@@ -1,0 +1,84 @@
+"""The command lines about models: what they are missing, what is added, how they compare."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..project import name_of
+from .command import Command, short
+
+#: Families that a model can start from without being trained before.
+FAMILIES = ("linear", "polynomial", "power_law", "constant")
+
+
+def diagnosis_files(data: str, model: str) -> tuple[str, str, str]:
+    """Return where the answer about a model is kept: JSON, page and plan of the next tests."""
+    stem = f"reports/diagnosis-{short(data)}-{short(model)}"
+    return f"{stem}.json", f"{stem}.html", f"{stem}-next-tests.csv"
+
+
+def diagnose(data: str, model: str) -> Command:
+    """Ask what a model is missing."""
+    json, page, plan = diagnosis_files(data, model)
+    arguments = (
+        "diagnose",
+        "--data",
+        data,
+        "--model",
+        model,
+        "--json",
+        json,
+        "--report",
+        page,
+        "--plan",
+        plan,
+    )
+    return Command(f"What is {short(model)} missing?", arguments)
+
+
+def refine(data: str, model: str, effects: Sequence[str]) -> Command:
+    """Add effects to a model.
+
+    Examples
+    --------
+    >>> refine("data/sct", "linear", ["factor:batch"]).arguments[-3]
+    'models/linear-factor-batch'
+    """
+    added = "-".join(name_of(effect) for effect in effects)
+    out = f"models/{name_of(f'{short(model)}-{added}')}"
+    page = f"reports/refined-{short(data)}-{short(out)}.html"
+    arguments = ("refine", "--data", data, "--model", model, "--add", *effects, "-o", out, "--report", page)
+    return Command(
+        f"Add {' and '.join(effects)} to {short(model)}",
+        arguments,
+        {"round": {"model": out, "added": list(effects), "report": page}},
+    )
+
+
+def train(data: str, family: str) -> Command:
+    """Train a model of a family."""
+    return Command(f"Train a {family} model", ("train", family, "--data", data, "-o", f"models/{family}"))
+
+
+def comparison_points(data: str) -> str:
+    """Return where the points of a comparison are kept, with mu of every model."""
+    return f"reports/comparison-{short(data)}.parquet"
+
+
+def compare(data: str, models: Sequence[str]) -> Command:
+    """Compare models on a data set."""
+    stem = f"reports/comparison-{short(data)}"
+    arguments = (
+        "compare",
+        "--models",
+        *models,
+        "--data",
+        data,
+        "--json",
+        f"{stem}.json",
+        "--report",
+        f"{stem}.html",
+        "--points",
+        comparison_points(data),
+    )
+    return Command(f"Compare {len(models)} models", arguments)

@@ -1,0 +1,1 @@
+"""Figures of measurements and residuals that only the workbench draws."""

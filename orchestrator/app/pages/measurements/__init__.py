@@ -1,0 +1,1 @@
+"""The page Measurements: data sets, and the way from raw files to them."""

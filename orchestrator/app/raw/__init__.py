@@ -1,0 +1,1 @@
+"""Sets of measurement files as they were brought, and their maps."""

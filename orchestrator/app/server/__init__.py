@@ -1,0 +1,1 @@
+"""The server: it listens, guards and builds the application."""

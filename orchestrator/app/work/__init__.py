@@ -1,0 +1,1 @@
+"""Commands at work, in processes beside the server."""
