@@ -1,0 +1,56 @@
+"""Laws of other authors: their forms bend otherwise than the catalogue's, and differ from test to test."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models.discovery import diagnose
+from friction_models.discovery.judge import confirm
+
+
+def melting_film(seed: int) -> pd.DataFrame:
+    """One mean a test: adhesion that dies away with pressure, and a film that melts within a few degrees."""
+    rng = np.random.default_rng(seed)
+    n = 80
+    p, v = np.exp(rng.uniform(np.log(100.0), np.log(2000.0), n)), np.exp(rng.uniform(0.7, 6.2, n))
+    T = rng.uniform(20.0, 250.0, n)
+    mu = 0.06 + 0.03 / (1.0 + (p / 180.0) ** 0.8) + 0.03 / (1.0 + np.exp((T - 140.0) / 8.0))
+    mu += 0.0004 * rng.standard_normal(n)
+    names = [f"t{i:03d}" for i in range(n)]
+    return pd.DataFrame(
+        {"test_id": names, "t": 0.0, "v_rel": v, "T": T, "sigma_n": p, "sd": 10.0, "psi": 2.0, "mu": mu}
+    )
+
+
+def settling_of_its_own(seed: int) -> pd.DataFrame:
+    """Records of 24 tests: each settles over a distance, by an amount and with an exponent of its own."""
+    rng = np.random.default_rng(seed)
+    tests = []
+    for i in range(24):
+        v, p, T = np.exp(rng.uniform(np.log(2.0), np.log(60.0))), rng.uniform(200, 900), rng.uniform(30, 120)
+        sd = np.linspace(0.5, 40.0, 40)
+        size, length = 0.02 * rng.lognormal(0.0, 0.7), 6.0 * rng.lognormal(0.0, 0.6)
+        mu = 0.09 - size * np.exp(-((sd / length) ** rng.uniform(0.5, 1.6)))
+        mu += 0.0006 * rng.standard_normal(40) + 0.002 * rng.standard_normal()
+        loads = {"t": sd / v, "v_rel": v, "T": T, "sigma_n": p, "sd": sd, "psi": 1.5}
+        tests.append(pd.DataFrame({"test_id": f"t{i:02d}", **loads, "mu": mu}))
+    return pd.concat(tests, ignore_index=True)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_two_curves_of_another_form_are_named_and_said_not_to_be_exact(seed: int) -> None:
+    found = diagnose(melting_film(seed), model="linear")
+    assert found.verdict == "partly_explained", found.sentence
+    hidden = {"thermal_softening", "thermal_breakdown"}, {"pressure_power", "pressure_saturation"}
+    assert all(set(found.effects) & names for names in hidden), found.effects
+    assert found.error_budget["explained"] > 3.0 * found.error_budget["missing"]
+
+
+def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = settling_of_its_own(0)
+    found = diagnose(data, model="linear")
+    assert (found.verdict, found.confusion_set) == ("ambiguous", ["running_in", "rate_state"]), found.sentence
+    monkeypatch.setattr(confirm, "AGREED", -np.inf)
+    assert diagnose(data, model="linear").verdict == "explained", "the agreement of the tests decides"
