@@ -12,7 +12,7 @@ from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.reference import Reference
 from ...estimation.noise.repeats import Repeats, repeats_of
-from ...estimation.search.scan import Fit, Projector
+from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace, places_of
 from ...estimation.search.unseen_loads import AS_GOOD
@@ -20,7 +20,8 @@ from ...loads import FloatArray
 from .confirmation import EXPLAINED, NAMED, Confirmation
 from .error_budget import ErrorShares, error_shares, helps, lead
 from .identifiability import RESOLUTION
-from .unseen_tests import ErrorsByTest, Mask, UnseenTests, errors_of_tests
+from .straight_fits import StraightFits
+from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
 from .verdict import LEVEL
 
 #: More than this share is left: what is named is not the answer.
@@ -71,6 +72,7 @@ class Confirm:
 
     def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
         self.campaign, self.unseen, self.found = campaign, unseen, found
+        self.straight = StraightFits(campaign, unseen, found)
         self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
 
     def __call__(
@@ -116,7 +118,7 @@ class Confirm:
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
         where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
-        repeats = repeats_of(self.campaign, self._straight_residual(kept), self.unseen.seed)
+        repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
         if repeats is not None and repeats.lacks_fit:
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=_squares(repeats))
             verdict = _beyond_repeats(verdict, shares)
@@ -166,7 +168,7 @@ class Confirm:
 
     def _prefer(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
         """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
-        if lead(self._straight_errors(some).total, self._straight_errors(others).total)[1] < CERTAIN:
+        if lead(self.straight.errors(some).total, self.straight.errors(others).total)[1] < CERTAIN:
             return False
         before, after = (self.unseen.errors(_effects(fits)).total for fits in (some, others))
         return lead(before, after)[1] > CERTAIN
@@ -219,7 +221,7 @@ class Confirm:
         """
         first, *others = kept
         names = {f.name for f in kept}
-        own, likelihood = self._straight_errors(kept).total, self._whitened_squares(kept)
+        own, likelihood = self.straight.errors(kept).total, self.straight.squares(kept)
         tried = [
             f
             for f in self.found.ranking
@@ -227,8 +229,8 @@ class Confirm:
         ]
         told: list[str] = []
         for f in tried:
-            more = float(np.mean(self._straight_errors([f, *others]).total) - np.mean(own))
-            agreed = lead(self._whitened_squares([f, *others]), likelihood)[1]
+            more = float(np.mean(self.straight.errors([f, *others]).total) - np.mean(own))
+            agreed = lead(self.straight.squares([f, *others]), likelihood)[1]
             as_good = shares.missing > 0.0 and more < shares.missing
             if as_good or (f.gain > AS_LIKELY * first.gain and agreed < AGREED):
                 told.append(f.name)
@@ -237,30 +239,10 @@ class Confirm:
             alike = [
                 f.name
                 for f in further(beside)
-                if f.name not in names and lead(self._straight_errors([*beside, f]).total, own)[1] < APART
+                if f.name not in names and lead(self.straight.errors([*beside, f]).total, own)[1] < APART
             ]
             told += [named.name, *alike] if alike else []
         return tuple(told)
-
-    def _straight_errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
-        """Return the errors on unseen tests with the shapes of the scan and amplitudes of the other tests."""
-        fold = self.unseen.fold_of_test[self.campaign.test]
-        residual = np.empty(len(self.found.y))
-        for k in np.unique(fold):
-            residual[fold == k] = self._straight_residual(fits, fold != k)[fold == k]
-        return errors_of_tests(self.campaign, residual)
-
-    def _straight_residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
-        """Return what base and effects leave in the bins, shape (m,), with shapes of the scan, fitted to those seen or to all."""
-        y, columns = self.found.y, np.column_stack([self.found.columns, *(f.binned for f in fits)])
-        root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
-        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
-
-    def _whitened_squares(self, fits: Sequence[Fit]) -> FloatArray:
-        """Return the squared residual of base and effects in units of the noise, summed over each test, shape (tests,)."""
-        columns = np.column_stack([self.found.columns, *(f.binned for f in fits)])
-        left = Projector(self.found.whiten(columns))(self.found.whiten(self.found.y))
-        return np.asarray(np.bincount(self.campaign.test, left**2), dtype=float)
 
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:

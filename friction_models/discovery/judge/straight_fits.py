@@ -1,0 +1,54 @@
+"""Base and effects with the shapes of the scan: only their amplitudes are fitted, which is quick enough to try many."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...estimation.campaign.binning import Campaign
+from ...estimation.search.scan import Fit, Projector
+from ...estimation.search.search_round import SearchRound
+from ...loads import FloatArray
+from .unseen_tests import ErrorsByTest, Mask, UnseenTests, errors_of_tests
+
+
+@dataclass(frozen=True)
+class StraightFits:
+    """Fits of amplitudes only.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    unseen : UnseenTests
+        Gives the folds.
+    found : SearchRound
+        Gives the base in the bins and the noise.
+    """
+
+    campaign: Campaign
+    unseen: UnseenTests
+    found: SearchRound
+
+    def errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors on unseen tests with amplitudes of the other tests."""
+        fold = self.unseen.fold_of_test[self.campaign.test]
+        residual = np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            residual[fold == k] = self.residual(fits, fold != k)[fold == k]
+        return errors_of_tests(self.campaign, residual)
+
+    def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
+        """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
+        y, columns = self.found.y, self._columns(fits)
+        root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
+        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
+
+    def squares(self, fits: Sequence[Fit]) -> FloatArray:
+        """Return the squared residual in units of the noise, summed over each test, shape (tests,)."""
+        left = Projector(self.found.whiten(self._columns(fits)))(self.found.whiten(self.found.y))
+        return np.asarray(np.bincount(self.campaign.test, left**2), dtype=float)
+
+    def _columns(self, fits: Sequence[Fit]) -> FloatArray:
+        return np.column_stack([self.found.columns, *(f.binned for f in fits)])
