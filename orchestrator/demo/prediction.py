@@ -11,13 +11,8 @@ from friction_models.loads import DataSet
 
 from ..cosim.batch import RunTask, run_all
 from ..jobs.job import Progress
-from ..prediction.predict_sct import (
-    PredictionNumbers,
-    SctPrediction,
-    SctPredictions,
-    sct_system,
-    uncertainties_of,
-)
+from ..prediction.closed_loop import sct_system, uncertainties_of
+from ..prediction.predict_sct import PredictionNumbers, SctPrediction, SctPredictions
 from ..prediction.schedule import held_out_schedules
 from ..report.sections.demo_folder import PREDICTED
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from forming import ForwardRodExtrusion
 from forming.fe.contact import FACING
@@ -70,6 +72,36 @@ def test_same_loop_same_mesh():
 def test_bandwidth_is_small():
     mesh = mesh_inside(billet(0.5), uniform(0.5))
     assert (mesh.quads.max(axis=1) - mesh.quads.min(axis=1)).max() < 3 * np.sqrt(len(mesh.x))
+
+
+def test_elimination_takes_less_work_than_from_one_start():
+    """Squared widths of the columns down to the last row reached so far, against SciPy's reverse Cuthill-McKee."""
+
+    def size(points):
+        return 0.3 + 0.08 * np.hypot(points[:, 0] - 6.0, points[:, 1] - 9.0)
+
+    rod = np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 8.0], [8.0, 11.0], [8.0, 26.0], [0.0, 26.0]])
+    at = np.linspace(0.0, arc_length(rod)[-1], 400)
+    chain = np.column_stack([np.interp(at, arc_length(rod), rod[:, k]) for k in range(2)])
+    mesh = mesh_inside(resample_surface(chain, size, [], None).points, size)
+    n = len(mesh.x)
+
+    def work(number):
+        last = np.arange(n)
+        for quad in number[mesh.quads]:
+            last[quad.min()] = max(last[quad.min()], quad.max())
+        return ((np.maximum.accumulate(last) - np.arange(n)) ** 2).sum()
+
+    ratios = []
+    for seed in range(8):
+        drawn = np.random.default_rng(seed).permutation(n)
+        quads = drawn[mesh.quads]
+        corners = np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel()
+        order = reverse_cuthill_mckee(coo_matrix((np.ones(quads.size * 4), corners)).tocsr(), True)
+        other = np.empty(n, dtype=np.int64)
+        other[order] = np.arange(n)
+        ratios.append(work(np.arange(n)) / work(other[drawn]))
+    assert max(ratios) < 1.0 and np.mean(ratios) < 0.9
 
 
 def test_corners_and_ends_stay_and_volume_is_restored():

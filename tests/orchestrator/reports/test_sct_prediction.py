@@ -16,7 +16,8 @@ from friction_models import ConstantFriction
 from friction_models.common import InputError
 from friction_models.loads import DataSet
 from orchestrator.cli.commands import predicting_sct
-from orchestrator.prediction.predict_sct import SctPrediction, predict_sct, sct_system
+from orchestrator.prediction.closed_loop import sct_system
+from orchestrator.prediction.predict_sct import SctPrediction, predict_sct
 from orchestrator.prediction.schedule import SctSchedule, held_out_schedules, planned_schedules
 from orchestrator.report import write_report
 from sct_twin.twin.process import SctProcess
