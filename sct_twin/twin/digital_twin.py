@@ -134,8 +134,7 @@ class SctTwin(TwinSettings):
                 known = read_netcdf(folder / "twin" / f"{test_id}.nc")
                 if known is not None and known.summary.get("fingerprint") == prints[test_id]:
                     results[test_id] = known
-        if results:
-            report(len(results), len(ids), f"{len(results)} tests known")
+        report(len(results), len(ids), f"{len(results)} tests known" if results else "first tests")
         open_ids = [test_id for test_id in ids if test_id not in results]
         items = [(self, str(source.folder), source.metadata(test_id), mass) for test_id in open_ids]
         for index, outcome in map_unordered(evaluate_file, items, jobs):

@@ -47,6 +47,9 @@ class View:
         story = Story.of(self.lines())
         sets = [self.project.relative(p) for p in self.project.data_sets()]
         models = {self.project.relative(p) for p in self.project.models()} | {*FAMILIES}
+        if not story.data and story.rounds and sets:
+            # The loop was begun before there was a data set.
+            story.data = sets[0]
         # The history is a file like any other: what it names goes into command lines.
         if story.data not in sets or any(r.model not in models for r in story.rounds):
             return Story(sets[0] if sets else "", [Round(FIRST_MODEL)])
@@ -58,7 +61,8 @@ class View:
         """Start a command."""
         if not any(line["event"] == history.CHOSEN for line in self.lines()):
             story = self.story()
-            self.choose(story.data, story.rounds[0].model)
+            if story.data:
+                self.choose(story.data, story.rounds[0].model)
         job = self.worker.start(command)
         self.started()
         return job

@@ -17,12 +17,13 @@ from nicegui.testing import User
 
 from orchestrator.app import commands
 from orchestrator.app.pages.frame import PAGES
+from orchestrator.app.pages.view import View
 from orchestrator.app.project import HISTORY, Project, history
 from orchestrator.app.project.history import ACCEPTED, CHOSEN, ENDED
 from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
-from .seen import figures, look, shown, until, waiting
+from .seen import Idle, figures, look, shown, until, waiting
 
 
 @pytest.fixture(scope="module")
@@ -122,6 +123,19 @@ def test_before_and_after_then_accepted_then_taken_back(loop: Project) -> None:
         assert (loop.root / "models/linear-stribeck").is_dir()
 
     look(loop, test)
+
+
+def test_a_loop_that_began_before_there_were_data_goes_on_with_them(loop: Project, tmp_path: Path) -> None:
+    file = loop.root / HISTORY
+    history.add(file, CHOSEN, data="", model="linear")
+    history.add(file, ENDED, job=1, code=0, **commands.models.refine("data/sct", "linear", ["stribeck"]).more)
+    story = View(loop, Idle(loop), {}, lambda: None).story()
+    assert (story.data, story.model) == ("data/sct", "linear")
+    assert story.candidate is not None and story.candidate.model == "models/linear-stribeck"
+    # Taking in records chooses no data set: there is none yet.
+    new = Project.open(tmp_path / "new")
+    View(new, Idle(new), {}, lambda: None).run(commands.measuring.twin("campaigns/rig", "rig"))
+    assert history.read(new.root / HISTORY) == []
 
 
 def test_the_model_is_packed_with_the_chosen_options(loop: Project) -> None:

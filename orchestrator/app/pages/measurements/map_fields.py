@@ -60,19 +60,20 @@ class MapFields:
             with ui.element("div").classes("mapname"):
                 words(f"<strong>{escape(column.name)}</strong>")
                 say(_range(self.table, column), "soft")
-            chosen = choice(
-                "is",
+            # The framework reads out the label of a choice, so it names the column.
+            choice(
+                f"{column.name} is",
                 choices(records),
                 column.is_ if column.is_ in choices(records) else "",
                 partial(self._is, column),
             )
-            chosen.props["aria-label"] = f"What {column.name} is"
             unit = self._text(
                 "unit",
                 column.unit or column.file_unit,
                 partial(self._unit, column),
                 units_of(column.is_, records),
             )
+            unit.props["aria-label"] = f"unit of {column.name}"
             unit.classes("short").set_visibility(column.is_ not in {"", "test_id", TEST_TABLE})
             self.units[column.name] = unit
             if not column.number:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from functools import partial
 from typing import Any
 
@@ -13,6 +14,7 @@ from friction_models.common.markup import bullets, escape, table
 from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.ingest.point_map import PointMap
 from sct_twin.ingest.point_tables import read_point_tables
+from sct_twin.records.channels import CHANNELS
 
 from ... import commands
 from ...commands import Command
@@ -201,9 +203,20 @@ def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Comman
 
 
 def _hint(problem: str, records: bool) -> str:
-    """Return where on the page it can be mended."""
+    """Return where on the page it can be mended.
+
+    Examples
+    --------
+    >>> _hint("channel map: quantity 'F_r' is mapped 0 times; allowed: exactly once", True)
+    'Say above which column is F_r: force that drives the plate.'
+    """
     if not records:
         return "Rows that do not count can be left out: see sign, limits beside a column."
+    if told := re.search(r"quantity '(\w+)' is mapped (\d+) times", problem):
+        name, meaning = told[1], CHANNELS[told[1]].meaning if told[1] in CHANNELS else "a channel"
+        if told[2] == "0":
+            return f"Say above which column is {name}: {meaning}."
+        return f"Leave one column as {name}: {meaning}; set the others to not used."
     if "'T_tool'" in problem:
         return "T_tool stands below the columns: the temperature of the tool in all these tests. A file tests.csv can name one for each."
     return "Sign, zero reading and scale stand beside each column."
