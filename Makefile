@@ -7,6 +7,7 @@ STAMP := $(VENV)/.installed
 # Tests need more: their own tools, and the simulators of others in which our FMUs must run.
 TESTING := $(VENV)/.installed-testing
 WORKBENCH := $(VENV)/.installed-app
+WRITING := $(VENV)/.installed-docs
 
 # The rooms of `make test-ROOM`: about a minute each, without the tests that are marked as slow.
 ROOM.models := tests/friction_models tests/contract --ignore=tests/friction_models/discovery --ignore=tests/contract/test_fmus.py
@@ -28,7 +29,7 @@ ROOMS := $(patsubst ROOM.%,%,$(filter ROOM.%,$(.VARIABLES)))
 # `make test-forming MARKED=` runs the slow tests, too.
 MARKED ?= not slow
 
-.PHONY: install demo app monkey test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop verify clean
+.PHONY: install demo app monkey test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop docs pictures verify clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
@@ -40,8 +41,12 @@ $(WORKBENCH): $(STAMP)
 	$(PIP) -e '.[cross,train-networks,app]'
 	touch $@
 
+$(WRITING): $(STAMP)
+	$(PIP) -e '.[cross,train-networks,docs]'
+	touch $@
+
 $(TESTING): $(STAMP)
-	$(PIP) -e '.[cross,train-networks,daq,dev,interop,cluster,app]'
+	$(PIP) -e '.[cross,train-networks,daq,dev,docs,interop,cluster,app]'
 	# Only to compare our reader of catman files with; what it depends on stays away.
 	$(PIP) --no-deps --target build/apread apread==1.1.3 || echo "apread is not to be had: one test skips"
 	touch $@
@@ -85,6 +90,14 @@ bench-measured: $(TESTING)
 
 interop: $(TESTING)
 	$(BIN)/python -m tests.interop -o docs/interoperability.md
+
+# The site: build/site/index.html. A warning or a dead link is an error.
+docs: $(WRITING)
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs . build/site
+
+# Runs the tutorials and draws their pictures anew; needs Chromium.
+pictures: $(TESTING)
+	$(BIN)/python -m tests.documentation.walking
 
 verify: $(TESTING)
 	$(BIN)/tribofmu verify -o docs/verification.md
