@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from friction_models.common import InputError, atomic_path
+from friction_models.common.extras import need
 
 from ..common.console import note, say, write_result
 from ..common.files_named import Commands, Writes
@@ -204,6 +205,8 @@ def predict(
         bounds = friction.predict_interval_frame(dataset.points, dataset.tests, level)
         predicted |= dict(zip(("mu_low", "mu_high"), bounds, strict=True))
     frame = dataset.as_given(**predicted)
+    if out.suffix != ".csv":
+        need("pyarrow", "solvers", f"{out}: a Parquet file")
     with atomic_path(out) as temporary:
         if out.suffix == ".csv":
             frame.to_csv(temporary, index=False, lineterminator="\n")
