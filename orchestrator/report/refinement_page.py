@@ -41,7 +41,7 @@ def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, 
         "Residuals",
         residual_chart(
             shown.points,
-            {part: m.predict_frame(shown.points, shown.tests) for part, m in models.items()},
+            {part: m.predict_frame(shown.points, shown.tests).to_numpy() for part, m in models.items()},
         ),
         f"Measured minus modelled mu on {which}; the intervals count a whole test as one observation.",
         "Mean residual against each load, before and after.",

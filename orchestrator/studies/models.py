@@ -164,7 +164,7 @@ def train_model(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> Tra
             test = data.select("test")
             measures = error_measures(
                 test.points["mu"].to_numpy(),
-                model.predict_frame(test.points, test.tests),
+                model.predict_frame(test.points, test.tests).to_numpy(),
             )
             model.record_errors("test", measures)
             made["mae_test"], made["rmse_test"] = measures["mae"], measures["rmse"]

@@ -200,10 +200,10 @@ def predict(
     friction = fitted_model(model, given_names([model], names))
     _refuse_level(friction, model, level)
     dataset = read_data(data, tests, [friction], need_mu=False, keep_given=True)
-    predicted = {"mu_model": friction.predict_frame(dataset.points, dataset.tests)}
+    predicted = {"mu_model": friction.predict_frame(dataset.points, dataset.tests).to_numpy()}
     if has_interval(friction):
         bounds = friction.predict_interval_frame(dataset.points, dataset.tests, level)
-        predicted |= dict(zip(("mu_low", "mu_high"), bounds, strict=True))
+        predicted |= {str(bound.name): bound.to_numpy() for bound in bounds}
     frame = dataset.as_given(**predicted)
     if out.suffix != ".csv":
         need("pyarrow", "solvers", f"{out}: a Parquet file")

@@ -128,7 +128,7 @@ class DemoFolder:
                 if "folder" in entry
             }
             predicted: dict[str, FloatArray] = {
-                part: models[part].predict_frame(held_out.points, held_out.tests)
+                part: models[part].predict_frame(held_out.points, held_out.tests).to_numpy()
                 for part in ("before", "after")
                 if part in models
             }
