@@ -7,6 +7,7 @@ STAMP := $(VENV)/.installed
 # Tests need more: their own tools, and the simulators of others in which our FMUs must run.
 TESTING := $(VENV)/.installed-testing
 WORKBENCH := $(VENV)/.installed-app
+WRITING := $(VENV)/.installed-docs
 
 # The rooms of `make test-ROOM`: about a minute each, without the tests that are marked as slow.
 ROOM.models := tests/friction_models tests/contract --ignore=tests/friction_models/discovery --ignore=tests/contract/test_fmus.py
@@ -22,26 +23,30 @@ ROOM.cli := tests/orchestrator/cli
 ROOM.acceptance := tests/acceptance
 ROOM.interop := tests/interop
 ROOM.fuzz := tests/fuzz tests/fmus/fuzz
-ROOM.docs := tests/documentation
+ROOM.docs := tests/documentation tests/packaging
 ROOM.benchmarks := tests/benchmarks
 ROOMS := $(patsubst ROOM.%,%,$(filter ROOM.%,$(.VARIABLES)))
 # `make test-forming MARKED=` runs the slow tests, too.
 MARKED ?= not slow
 
-.PHONY: install demo app monkey test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop verify clean
+.PHONY: install demo app monkey test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop dist docs pictures verify clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PY) -m venv $(VENV)
-	$(PIP) -e '.[cross,train-networks]'
+	$(PIP) -e '.[solvers,reports,cross,train-networks]'
 	touch $@
 
 $(WORKBENCH): $(STAMP)
-	$(PIP) -e '.[cross,train-networks,app]'
+	$(PIP) -e '.[solvers,reports,cross,train-networks,app]'
+	touch $@
+
+$(WRITING): $(STAMP)
+	$(PIP) -e '.[solvers,reports,cross,train-networks,docs]'
 	touch $@
 
 $(TESTING): $(STAMP)
-	$(PIP) -e '.[cross,train-networks,daq,dev,interop,cluster,app]'
+	$(PIP) -e '.[solvers,reports,cross,train-networks,daq,dev,docs,interop,cluster,app]'
 	# Only to compare our reader of catman files with; what it depends on stays away.
 	$(PIP) --no-deps --target build/apread apread==1.1.3 || echo "apread is not to be had: one test skips"
 	touch $@
@@ -85,6 +90,21 @@ bench-measured: $(TESTING)
 
 interop: $(TESTING)
 	$(BIN)/python -m tests.interop -o docs/interoperability.md
+
+# The site: build/site/index.html. A warning or a dead link is an error.
+docs: $(WRITING)
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs . build/site
+
+# Source and wheel, checked; the wheel is installed alone and does the main job.
+dist: $(TESTING)
+	rm -rf dist build/lib build/bdist.* *.egg-info
+	$(BIN)/python -m build --outdir dist .
+	$(BIN)/python -m twine check --strict dist/*
+	$(BIN)/python -m tests.wheel_alone dist/*.whl
+
+# Runs the tutorials and draws their pictures anew; needs Chromium.
+pictures: $(TESTING)
+	$(BIN)/python -m tests.documentation.walking
 
 verify: $(TESTING)
 	$(BIN)/tribofmu verify -o docs/verification.md

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES, FloatArray, TriboLoads, require_loads
+from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads, require_loads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.domain import Domain
 
@@ -296,9 +296,9 @@ class FmuModel:
         verb = "does" if len(missing) == 1 else "do"
         return "; ".join([f"{self.path}: {', '.join(missing)} {verb} not enter it", *free])
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
-        """Return mu for a table with the columns of the contract."""
-        return self.predict(TriboLoads.from_frame(data, tests))
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
+        """Return mu for a table with the columns of the contract: its rows, its index."""
+        return pd.Series(self.predict(TriboLoads.from_frame(data, tests)), index=data.index, name=MU.name)
 
     def predict(self, loads: TriboLoads | npt.ArrayLike) -> FloatArray:
         """Return mu at `loads` (`TriboLoads` or array of shape (n, 5)), shape (n,).
@@ -319,8 +319,8 @@ class FmuModel:
 
     def predict_interval_frame(
         self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds `mu_low` and `mu_high` for a table with the columns of the contract, each of shape (n,).
+    ) -> tuple[pd.Series[float], pd.Series[float]]:
+        """Return the bounds `mu_low` and `mu_high` for a table with the columns of the contract: its rows, its index.
 
         Raises
         ------
@@ -335,7 +335,9 @@ class FmuModel:
             )
         loads = TriboLoads.from_frame(data, tests)
         low, high = (self._read(loads, names) for names in self._bounds)
-        return low, high
+        return pd.Series(low, index=data.index, name="mu_low"), pd.Series(
+            high, index=data.index, name="mu_high"
+        )
 
     def _read(self, loads: TriboLoads | npt.ArrayLike, outputs: list[str]) -> FloatArray:
         """Return one output of every contact point at loads, shape (n,)."""

@@ -15,6 +15,7 @@ from ..interface.quantities import FrictionInterface
 from ..interface.time_constants import fastest_time_constant
 from ..pages.presentation import LICENCE, presentation_files
 from ..source.reference_results import reference_files
+from ..source.traceability import traceability_files
 
 #: The C files written by hand: those of both versions of FMI, and those of one.
 _SHARED = ("domain.h", "instance.h", "values.h", "sensitivity.h", "snapshot.h")
@@ -180,6 +181,7 @@ def native_files(
         files
         | presentation_files(source, fmi)
         | reference_files(source, interface, fmi)
+        | traceability_files(source)
         | {f"sources/{n}": t.encode() for n, t in texts.items()}
         | {f"binaries/{n}": b for n, b in binaries.items()}
     )

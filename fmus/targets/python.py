@@ -16,6 +16,7 @@ from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import variables2
 from ..interface.quantities import FrictionInterface
 from ..source.reference_results import stimuli, tried
+from ..source.traceability import traceability_files
 
 
 def friction_files(source: FrictionSource, interface: FrictionInterface, name: str = "") -> dict[str, bytes]:
@@ -68,7 +69,8 @@ def friction_files(source: FrictionSource, interface: FrictionInterface, name: s
         description = dataclasses.replace(
             description, identifier=own_identifier(source, content_guid(content))
         )
-    return python_fmu_files(description, script, resources, alone=True) | presentation_files(source, "2.0")
+    shown = presentation_files(source, "2.0") | traceability_files(source)
+    return python_fmu_files(description, script, resources, alone=True) | shown
 
 
 def python_fmu_files(

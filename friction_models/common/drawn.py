@@ -6,6 +6,7 @@ from importlib.metadata import entry_points
 from typing import TYPE_CHECKING
 
 from .errors import InputError
+from .extras import need
 from .markup import escape
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ class Drawn:
             raise InputError(
                 f"plot: no package that draws is installed (entry point {ENTRY_POINT_GROUP}); allowed: install tribofmu as a whole"
             )
+        need("plotly", "reports", "a picture")
         figure: go.Figure = makers[0].load()(self, what)
         return figure
 

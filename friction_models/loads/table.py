@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from ..common.errors import InputError, shown
+from ..common.extras import need
 from ..common.units import UNITS, conversion, differs, spelling
 from .contract import POINT_UNITS, SETTING_UNITS, UNCERTAINTY_UNITS
 
@@ -124,6 +125,7 @@ def read_file(
         raise InputError(f"{file}: {file.stat().st_size} bytes, allowed: at most {max_bytes}")
     try:
         if file.suffix.lower() == ".parquet":
+            need("pyarrow", "solvers", f"{file}: a Parquet file")
             frame = pd.read_parquet(file)
             headings = [str(c) for c in frame.columns]
             names, units = _names(headings, str(file), known)

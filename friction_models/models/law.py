@@ -16,7 +16,7 @@ from ..common import InputError, unknown_name
 from ..common.json_values import JsonObject
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import Arrays
-from ..loads import FloatArray, TriboLoads, require_loads
+from ..loads import MU, FloatArray, TriboLoads, require_loads
 from .domain import Domain
 from .intervals import PredictionInterval
 from .measures import Measures
@@ -188,16 +188,17 @@ class FrictionLaw(RegressorMixin, BaseEstimator):
         require_loads(points, self.needed_loads, f"the {self.name} model")
         return points
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
-        """Return mu for a table with the columns of the contract (mu itself is not needed).
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
+        """Return mu for a table with the columns of the contract (mu itself is not needed): its rows, its index.
 
         Examples
         --------
         >>> from friction_models import ConstantFriction
-        >>> ConstantFriction(0.08).predict_frame(pd.DataFrame({"sigma_n": [500.0, 900.0]})).tolist()
-        [0.08, 0.08]
+        >>> points = pd.DataFrame({"sigma_n": [500.0, 900.0]}, index=["soft", "hard"])
+        >>> ConstantFriction(0.08).predict_frame(points).to_dict()
+        {'soft': 0.08, 'hard': 0.08}
         """
-        return self.predict(TriboLoads.from_frame(data, tests))
+        return pd.Series(self.predict(TriboLoads.from_frame(data, tests)), index=data.index, name=MU.name)
 
     @property
     def interval(self) -> PredictionInterval | None:
@@ -228,9 +229,12 @@ class FrictionLaw(RegressorMixin, BaseEstimator):
 
     def predict_interval_frame(
         self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds of `predict_interval` for a table with the columns of the contract."""
-        return self.predict_interval(TriboLoads.from_frame(data, tests), level)
+    ) -> tuple[pd.Series[float], pd.Series[float]]:
+        """Return the bounds of `predict_interval` for a table with the columns of the contract: its rows, its index."""
+        low, high = self.predict_interval(TriboLoads.from_frame(data, tests), level)
+        return pd.Series(low, index=data.index, name="mu_low"), pd.Series(
+            high, index=data.index, name="mu_high"
+        )
 
     @property
     def card(self) -> ModelCard:

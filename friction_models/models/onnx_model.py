@@ -15,7 +15,7 @@ from ..common import InputError
 from ..common.json_values import JsonObject
 from ..expressions.onnx_session import onnx_session
 from ..expressions.parameters import first_line
-from ..loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads, require_loads
+from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, TriboLoads, require_loads
 from ..loads.time_steps import rests, time_steps
 from .domain import Domain
 from .intervals import MARGIN
@@ -170,15 +170,18 @@ class OnnxModel:
         mu, following = self._session.run(["mu", "state_next"], feed)
         return mu[:, 0], following
 
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:
-        """Return mu for a table of points, shape (n,).
+    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
+        """Return mu for a table of points: its rows, its index.
 
         With memory the states run through every test in the order of its time: they advance over the
         time since the previous point (without `t`: over distance by speed), then mu is taken; the first
         point of a test sees the start state. System variables come from the columns of `tests` with their
         names, labels as their numbers; what is not there keeps its start value.
         """
-        loads = TriboLoads.from_frame(data, tests)
+        mu = self._along_tests(TriboLoads.from_frame(data, tests))
+        return pd.Series(mu, index=data.index, name=MU.name)
+
+    def _along_tests(self, loads: TriboLoads) -> FloatArray:
         require_loads(loads, self.needed_loads, str(self.path))
         if not self.states and not self.system_variables:
             return self.predict(loads)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from friction_models.common.markup import paragraph, table
 from friction_models.loads import DataSet
 
@@ -41,7 +43,10 @@ def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, 
         "Residuals",
         residual_chart(
             shown.points,
-            {part: m.predict_frame(shown.points, shown.tests) for part, m in models.items()},
+            {
+                part: np.asarray(m.predict_frame(shown.points, shown.tests), dtype=np.float64)
+                for part, m in models.items()
+            },
         ),
         f"Measured minus modelled mu on {which}; the intervals count a whole test as one observation.",
         "Mean residual against each load, before and after.",

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, atomic_path, write_text
+from friction_models.common.extras import need
 
 #: Browsers that print a page without a window, in the order in which they are looked for.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "microsoft-edge", "msedge")
@@ -42,6 +43,7 @@ def check_page_file(path: Path) -> Path:
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise InputError(f"{path}: suffix {path.suffix!r}; allowed: {', '.join(_WRITERS)}")
+    need("plotly", "reports", f"{path}: a page with pictures")
     if suffix == ".pdf" and _browser() is None:
         raise InputError(
             f"{path}: printing a PDF needs a browser, and none of {', '.join(BROWSERS)} is on the path; "

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
+import numpy as np
+
 from friction_models.common import InputError
 
 from ..jobs.campaign import Job
@@ -164,7 +166,7 @@ def train_model(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> Tra
             test = data.select("test")
             measures = error_measures(
                 test.points["mu"].to_numpy(),
-                model.predict_frame(test.points, test.tests),
+                np.asarray(model.predict_frame(test.points, test.tests), dtype=np.float64),
             )
             model.record_errors("test", measures)
             made["mae_test"], made["rmse_test"] = measures["mae"], measures["rmse"]

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 from friction_models.common import InputError
+from friction_models.common.extras import need
 
 from .catman import looks_like_catman
 from .table import RawTable, check_file
@@ -104,6 +105,8 @@ def library(module: str, package: str, file: Path, kind: str) -> ModuleType:
 
 def read_kind(file: Path, kind: str) -> RawTable:
     """Read a file with the library of its kind, in this process."""
+    if kind == "Parquet":
+        need("pyarrow", "solvers", f"{file}: a Parquet file")
     module, function = _READERS[kind]
     reader: Callable[[Path], RawTable] = getattr(importlib.import_module(module, __package__), function)
     return reader(file)

@@ -184,12 +184,12 @@ def test_without_uncertain_loads_nothing_changes() -> None:
     plain = frame.drop(columns="u_T")
     for family in ("constant", "linear", "polynomial", "power_law"):
         model = make_model(family)
-        expected = model.fit_frame(plain).predict_frame(plain)
+        expected = model.fit_frame(plain).predict_frame(plain).to_numpy()
         assert "load_uncertainty" not in model.training_["data"]
         for same in (plain.assign(u_T=0.0), plain.assign(u_psi=0.0)):
-            assert model.fit_frame(same).predict_frame(plain).tobytes() == expected.tobytes()
+            assert model.fit_frame(same).predict_frame(plain).to_numpy().tobytes() == expected.tobytes()
         assert (
-            model.fit_frame(frame, load_uncertainty=False).predict_frame(plain).tobytes()
+            model.fit_frame(frame, load_uncertainty=False).predict_frame(plain).to_numpy().tobytes()
             == expected.tobytes()
         )
 
@@ -209,7 +209,9 @@ def test_uncertainties_that_are_small_beside_the_scatter_change_nothing() -> Non
     for family in ("linear", "gradient_boosting"):
         model = make_model(family).fit_frame(frame)
         plain = make_model(family).fit_frame(frame.drop(columns="u_T"))
-        assert model.predict_frame(frame).tobytes() == plain.predict_frame(frame).tobytes()
+        assert (
+            model.predict_frame(frame).to_numpy().tobytes() == plain.predict_frame(frame).to_numpy().tobytes()
+        )
         facts = model.training_["data"]["load_uncertainty"]
         assert 0.99 * len(frame) < facts["effective_points"] < len(frame)
         assert "say nearly the same of all points: all weigh alike." in honoured_sentence(facts, len(frame))

@@ -66,9 +66,9 @@ def forms(model, tmp_path_factory: pytest.TempPathFactory) -> dict:
 FORMS = ("model", "onnx", "fmu")
 
 
-def in_rows_of(shuffled: pd.DataFrame, points: pd.DataFrame, values: np.ndarray) -> np.ndarray:
+def in_rows_of(shuffled: pd.DataFrame, points: pd.DataFrame, values: pd.Series) -> np.ndarray:
     """Return values of the points in order, in the rows of the shuffled table, by test and time."""
-    keyed = pd.Series(values, index=pd.MultiIndex.from_frame(points[["test_id", "sd"]]))
+    keyed = pd.Series(values.to_numpy(), index=pd.MultiIndex.from_frame(points[["test_id", "sd"]]))
     return keyed.loc[pd.MultiIndex.from_frame(shuffled[["test_id", "sd"]])].to_numpy()
 
 

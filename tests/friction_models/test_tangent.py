@@ -83,7 +83,9 @@ def test_columns_of_a_linear_family_hold_whatever_it_predicts(name: str, data: p
     model = make_model(name, **({"ridge": 0.0} if name == "polynomial" else {}))
     found = base_law(model, prepare(data))
     assert model.form == "linear" and not found.fixed
-    assert left_over(found.columns, model.fit_frame(data).predict_frame(data)[:, None]).max() < 1e-5
+    assert (
+        left_over(found.columns, model.fit_frame(data).predict_frame(data).to_numpy()[:, None]).max() < 1e-5
+    )
 
 
 def test_a_given_value_is_not_refitted(data: pd.DataFrame) -> None:

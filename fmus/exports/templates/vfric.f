@@ -16,33 +16,12 @@ c       3  coefficient of friction of this increment, for output
 c       4  and on: memory of the model
 c
 c     ---- the model in C ----
-      module tf_model
-      use, intrinsic :: iso_c_binding, only: c_int, c_double
+@FORTRAN_MODEL@
+
+      module tf_point
+      use tf_model
       implicit none
-      integer, parameter :: tf_states = @STATES@
-      integer, parameter :: tf_system = @SYSTEM@
       integer, parameter :: tf_depvar = 3 + tf_states
-      interface
-        integer(c_int) function tf_mu(loads, state, system, clamp, mu)
-     &bind(c,name='@P@_mu')
-          import :: c_int, c_double
-          real(c_double), intent(in) :: loads(*), state(*), system(*)
-          integer(c_int), value :: clamp
-          real(c_double), intent(out) :: mu
-        end function tf_mu
-        integer(c_int) function tf_step(loads, system, dt, state)
-     &bind(c,name='@P@_step')
-          import :: c_int, c_double
-          real(c_double), intent(in) :: loads(*), system(*)
-          real(c_double), value :: dt
-          real(c_double), intent(inout) :: state(*)
-        end function tf_step
-        subroutine tf_start(loads, state, system)
-     &bind(c,name='@P@_start')
-          import :: c_double
-          real(c_double) :: loads(*), state(*), system(*)
-        end subroutine tf_start
-      end interface
       contains
 
 c     One contact point over one increment: PROPS, the state variables
@@ -113,7 +92,7 @@ c     The temperature of PROPS, or the model's own start value.
      &  ' in *FRICTION, USER; needed: at least ', tf_depvar
       call xplb_exit
       end subroutine tf_check
-      end module tf_model
+      end module tf_point
 
 c     ---- contact pairs ----
       subroutine vfric(
@@ -125,7 +104,7 @@ c     ---- contact pairs ----
      &  dSlipFric, fStickForce, fTangPrev, fNormal, frictionWork,
      &  shape, coordSec, coordMain, dirCosSl, dircosN, props,
      &  areaSec, tempSec, preDefSec, tempMain, preDefMain)
-      use tf_model
+      use tf_point
       include 'vaba_param.inc'
       character*80 surfInt, surfSec, surfMain
       dimension props(nProps), statev(nStateVar,nSecNod),
@@ -187,7 +166,7 @@ c     ---- general contact ----
      &  areaCont, dircosN, dircosSl, shapeSec, shapeMain,
      &  coordSec, coordMain, velSec, velMain, tempSec, tempMain,
      &  fieldSec, fieldMain)
-      use tf_model
+      use tf_point
       include 'vaba_param.inc'
       character*80 surfInt, surfSec, surfMain
       parameter (iDTimCur = 3, nFlags = 3, nData = 4)

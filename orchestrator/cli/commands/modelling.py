@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from friction_models.common import InputError, atomic_path
+from friction_models.common.extras import need
 
 from ..common.console import note, say, write_result
 from ..common.files_named import Commands, Writes
@@ -199,11 +200,13 @@ def predict(
     friction = fitted_model(model, given_names([model], names))
     _refuse_level(friction, model, level)
     dataset = read_data(data, tests, [friction], need_mu=False, keep_given=True)
-    predicted = {"mu_model": friction.predict_frame(dataset.points, dataset.tests)}
+    predicted = {"mu_model": friction.predict_frame(dataset.points, dataset.tests).to_numpy()}
     if has_interval(friction):
         bounds = friction.predict_interval_frame(dataset.points, dataset.tests, level)
-        predicted |= dict(zip(("mu_low", "mu_high"), bounds, strict=True))
+        predicted |= {str(bound.name): bound.to_numpy() for bound in bounds}
     frame = dataset.as_given(**predicted)
+    if out.suffix != ".csv":
+        need("pyarrow", "solvers", f"{out}: a Parquet file")
     with atomic_path(out) as temporary:
         if out.suffix == ".csv":
             frame.to_csv(temporary, index=False, lineterminator="\n")

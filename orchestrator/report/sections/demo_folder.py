@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NotRequired, TypedDict, cast
 
+import numpy as np
+
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
 
@@ -128,7 +130,9 @@ class DemoFolder:
                 if "folder" in entry
             }
             predicted: dict[str, FloatArray] = {
-                part: models[part].predict_frame(held_out.points, held_out.tests)
+                part: np.asarray(
+                    models[part].predict_frame(held_out.points, held_out.tests), dtype=np.float64
+                )
                 for part in ("before", "after")
                 if part in models
             }

@@ -62,7 +62,7 @@ def test_motor_oil_error_left_out_falls() -> None:
                 for name in effects[1:]:
                     composed = composed + name
                 model = composed.fit_frame(rest)
-            errors.append(abs(float(model.predict_frame(one)[0] - one["mu"].iloc[0])))
+            errors.append(abs(float(model.predict_frame(one).iloc[0] - one["mu"].iloc[0])))
         return float(np.mean(errors))
 
     constant, load, both = left_out([]), left_out(["pressure_power"]), left_out(["pressure_power", "viscous"])

@@ -106,7 +106,7 @@ def test_train_from_a_card(data: str, tmp_path: Path, capsys: pytest.CaptureFixt
     strong = [*arguments, str(tmp_path / "s"), "--from", "card:cold-forging-median", "--prior-tests", "1e5"]
     assert run(strong) == 0
     points = DataSet.load(data).points
-    assert load_model(tmp_path / "s").predict_frame(points) == pytest.approx(0.08, abs=1e-3)
+    assert load_model(tmp_path / "s").predict_frame(points).to_numpy() == pytest.approx(0.08, abs=1e-3)
     assert load_model(tmp_path / "m").card["data"]["provenance"]["prior"] == "card cold-forging-median"
     assert run([*arguments, str(tmp_path / "x"), "--prior-tests", "3"]) == 2
     assert "allowed: with --from card:NAME" in capsys.readouterr().err

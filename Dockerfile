@@ -1,0 +1,16 @@
+# tribofmu with the forming solver, the twin, reports and the workbench; torch and test tools are left out.
+#   docker build -t tribofmu . && docker run --rm -v "$PWD:/work" tribofmu diagnose --data data --model linear
+FROM python:3.11-slim AS wheel
+WORKDIR /source
+COPY . .
+RUN pip install --no-cache-dir build && python -m build --wheel --outdir /dist .
+
+FROM python:3.11-slim
+COPY constraints.txt /tmp/constraints.txt
+COPY --from=wheel /dist /dist
+RUN pip install --no-cache-dir -c /tmp/constraints.txt "$(ls /dist/*.whl)[solvers,reports,cross,app]" && rm -r /dist /tmp/constraints.txt
+RUN useradd --create-home user
+USER user
+WORKDIR /work
+ENTRYPOINT ["tribofmu"]
+CMD ["--help"]

@@ -1,0 +1,118 @@
+"""Where a friction model comes from, as metadata inside its FMU after the SSP Traceability specification.
+
+Version 1.0-rc.2, a release candidate: a Simulation Resource Meta Data file (SRMD) at the place that the specification names for FMUs.
+It says what the model card says: data and their digest, which tests were held out, errors, domain, versions, author. The same model gives the
+same bytes: the time is that of the variable ``SOURCE_DATE_EPOCH`` and is left out without it.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import os
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from lxml import etree
+
+from friction_models.common import InputError
+
+from ..interface.friction_source import FrictionSource
+
+PATH = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
+#: Version of the format that the file declares.
+VERSION = "1.0.0-rc.2"
+SRMD = "http://ssp-standard.org/SSPTraceability1/SimulationResourceMetaData"
+STC = "http://ssp-standard.org/SSPTraceability1/SSPTraceabilityCommon"
+#: Whose words the keywords are.
+KIND = "org.tribofmu.friction-model"
+_EPOCH = "SOURCE_DATE_EPOCH"
+_ERRORS = ("rmse", "mae", "bias", "tests", "points")
+
+
+def traceability_files(source: FrictionSource) -> dict[str, bytes]:
+    """Return the metadata by their path in the archive; empty for a model without a card.
+
+    Raises
+    ------
+    InputError
+        ``SOURCE_DATE_EPOCH`` is no number of seconds.
+
+    Examples
+    --------
+    >>> source = FrictionSource(b"", "law.onnx", card={"data": {"points": 3, "tests": 1}})
+    >>> b'keyword="data.points"' in traceability_files(source)[PATH]
+    True
+    """
+    if not source.card:
+        return {}
+    about = {"version": VERSION, "name": source.name, "generationTool": "tribofmu"}
+    if author := str(source.card.get("author") or ""):
+        about["author"] = author
+    if when := _when():
+        about["generationDateAndTime"] = when
+    root = etree.Element(f"{{{SRMD}}}SimulationResourceMetaData", about, nsmap={"srmd": SRMD, "stc": STC})
+    group = etree.SubElement(root, f"{{{STC}}}Classification", {"type": KIND})
+    for keyword, value in facts(source):
+        etree.SubElement(group, f"{{{STC}}}ClassificationEntry", {"keyword": keyword}).text = value
+    return {PATH: etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)}
+
+
+def facts(source: FrictionSource) -> Iterator[tuple[str, str]]:
+    """Yield keyword and value of everything that the card of a model records, and of its domain."""
+    card = source.card
+    yield "model.family", source.family
+    yield "model.formula", source.formula
+    yield "model.onnx.sha256", hashlib.sha256(source.original or source.onnx).hexdigest()
+    data, splits = _part(card, "data"), _part(card, "splits")
+    for key in ("points", "tests", "synthetic"):
+        if key in data:
+            yield f"data.{key}", _text(data[key])
+    for key, value in _part(data, "provenance").items():
+        yield f"data.provenance.{key}", _text(value)
+    if digests := _part(splits, "digests"):
+        lines = "".join(f"{test} {digest}\n" for test, digest in sorted(digests.items()))
+        yield "data.sha256", hashlib.sha256(lines.encode()).hexdigest()
+    for key, value in splits.items():
+        if key != "digests":
+            yield f"split.{key}", " ".join(map(_text, value)) if isinstance(value, list) else _text(value)
+    for role, measures in _part(card, "errors").items():
+        if isinstance(measures, Mapping):
+            for key in _ERRORS:
+                if key in measures:
+                    yield f"error.{role}.{key}", _text(measures[key])
+    for load, (lower, upper) in source.domain.items():
+        yield f"domain.{load}", f"{lower:g} {upper:g}"
+    for load in source.absent:
+        yield f"domain.{load}", "not measured"
+    for package, version in _part(card, "versions").items():
+        yield f"version.{package}", _text(version)
+
+
+def _part(whole: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Return a part of a card; cards of others may hold anything."""
+    found = whole.get(name)
+    return dict(found) if isinstance(found, Mapping) else {}
+
+
+def _text(value: object) -> str:
+    """Return a value as text that XML can hold."""
+    text = (
+        f"{value:.6g}"
+        if isinstance(value, float)
+        else str(value).lower()
+        if isinstance(value, bool)
+        else str(value)
+    )
+    return "".join(c for c in text if c.isprintable())
+
+
+def _when() -> str:
+    given = os.environ.get(_EPOCH, "")
+    if not given:
+        return ""
+    try:
+        moment = datetime.datetime.fromtimestamp(int(given), tz=datetime.UTC)
+    except (ValueError, OverflowError, OSError):
+        raise InputError(f"{_EPOCH}: {given[:40]!r}; allowed: seconds since 1970, a whole number") from None
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -1,0 +1,123 @@
+"""What makes a release: light imports, whole packages, one version, dependencies named once."""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+from friction_models.common import InputError
+from friction_models.common.extras import need
+
+from ..wheel_alone import HEAVY, PACKAGES
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+OWN = PROJECT["project"]
+NAME = re.compile(r"[A-Za-z0-9_.-]+")
+
+
+def names(requirements: list[str]) -> set[str]:
+    """Return the lower-case names of requirements."""
+    return {NAME.match(r).group().lower().replace("_", "-") for r in requirements}  # type: ignore[union-attr]
+
+
+def test_importing_the_packages_loads_nothing_heavy() -> None:
+    code = (
+        f"import sys, friction_models, fmus, orchestrator; print([m for m in {HEAVY!r} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]"
+
+
+def test_a_diagnosis_loads_no_library_of_an_extra(tmp_path: Path) -> None:
+    extras = ("numba", "plotly", "pyarrow", "meshio", "pint", "torch", "nicegui")
+    code = f"""
+import sys
+from importlib.resources import files
+class Refused:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {extras!r}:
+            raise ModuleNotFoundError(name)
+sys.meta_path.insert(0, Refused())
+from orchestrator.cli.main import run
+data = files("orchestrator.app") / "example" / "data" / "sct"
+sys.exit(run(["diagnose", "--data", str(data), "--model", "linear", "--json", "answer.json"]))
+"""
+    own = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=own)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "answer.json").is_file()
+
+
+def test_a_library_that_is_missing_is_named_with_its_extra() -> None:
+    need("numpy", "reports", "this")
+    with pytest.raises(
+        InputError, match=r"^this needs no_such_library.*pip install 'tribofmu\[reports\]' brings it$"
+    ):
+        need("no_such_library", "reports", "this")
+
+
+def test_every_extra_that_a_sentence_names_is_declared() -> None:
+    for package in PACKAGES:
+        for file in (ROOT / package).rglob("*.py"):
+            text = file.read_text(encoding="utf-8")
+            named = re.findall(r"tribofmu\[([a-z-]+)\]", text) + re.findall(
+                r'\bneed\("[a-z]+", "([a-z]+)"', text
+            )
+            assert set(named) <= set(OWN["optional-dependencies"]), file
+
+
+def test_every_file_of_the_packages_is_package_data() -> None:
+    data = PROJECT["tool"]["setuptools"]["package-data"]
+    known = subprocess.run(["git", "ls-files", *PACKAGES], cwd=ROOT, capture_output=True, text=True)
+    if known.returncode:
+        pytest.skip("no git repository")
+    for name in known.stdout.split():
+        file = Path(name)
+        inside = [
+            str(file.relative_to(Path(*p.split("."))))
+            for p in data
+            if p != "*" and name.startswith(p.replace(".", "/") + "/")
+        ]
+        patterns = [pattern for p in data if p != "*" for pattern in data[p]]
+        whole = any(fnmatch.fnmatch(i, pattern) for i in inside for pattern in patterns)
+        plain = any(fnmatch.fnmatch(file.name, pattern) for pattern in data["*"])
+        assert file.suffix == ".py" or plain or whole, name
+
+
+def test_version_is_the_same_everywhere() -> None:
+    version = OWN["version"]
+    assert yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["version"] == version
+    recipe = (ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8")
+    assert f"version: {version}\n" in recipe
+    assert re.search(
+        rf"^## \[{re.escape(version)}\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+
+
+def test_the_conda_recipe_names_what_the_package_needs() -> None:
+    recipe = yaml.safe_load(
+        (ROOT / "packaging/conda/recipe.yaml")
+        .read_text(encoding="utf-8")
+        .replace("${{", "")
+        .replace("}}", "")
+    )
+    extras = OWN["optional-dependencies"]
+    wanted = names([*OWN["dependencies"], *extras["solvers"], *extras["reports"]])
+    called = {"py-lief": "lief"}
+    assert {called.get(n, n) for n in names(recipe["requirements"]["run"])} == wanted | {"python"}
+
+
+def test_every_dependency_has_a_version_that_was_tried() -> None:
+    pinned = names((ROOT / "constraints.txt").read_text(encoding="utf-8").split())
+    extras = OWN["optional-dependencies"]
+    every = names([*OWN["dependencies"], *(r for requirements in extras.values() for r in requirements)])
+    assert every - {"tribofmu"} <= pinned
