@@ -104,8 +104,8 @@ class Confirm:
                 verdict = named if kept else "nothing_missing"
             elif not self._shares([]).missing > 0.0:
                 verdict = "nothing_missing"
-            elif kept and self._shares(grown := self._grown(kept[:1], 2, further)).left < EXPLAINED:
-                # unseen tests are predicted about as well as they can be, whatever bends beside the names
+            elif kept and len(grown := self._grown(kept[:1], 2, further)) > 1 and self._explain(grown):
+                # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = "partly_explained", grown
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
@@ -123,6 +123,10 @@ class Confirm:
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=_squares(repeats))
             verdict = _beyond_repeats(verdict, shares)
         return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)
+
+    def _explain(self, kept: list[Fit]) -> bool:
+        """Return whether unseen tests are predicted about as well as they can be."""
+        return self._shares(kept).left < EXPLAINED
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
