@@ -17,6 +17,7 @@ from ..common.files import atomic_folder, read_json, write_json
 from ..common.folders import DATASET
 from .columns import missing_column
 from .contract import POINT_UNITS, UNCERTAINTY_COLUMNS
+from .earlier_tables import carry
 from .order import order_of_tests
 from .points import check_points
 from .table import Table, read_file, read_table
@@ -143,9 +144,13 @@ class DataSet:
         return self.given.with_columns(self.rows, **columns)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write `points.csv` (with a units row), `tests.csv` and `dataset.json`, atomically."""
+        """Write `points.csv` (with a units row), `tests.csv` and `dataset.json`, atomically.
+
+        Of a data set that stands there the test tables are kept in the folder `earlier`.
+        """
         with atomic_folder(folder, DATASET) as temporary:
             self.write_into(temporary)
+            carry(Path(folder), temporary)
         return Path(folder)
 
     def write_into(self, folder: Path) -> None:

@@ -10,14 +10,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..common.errors import InputError, nearest, shown
+from ..common.errors import InputError, nearest, shown, unknown_name
 from ..common.files import atomic_path
 from .dataset import read_tests
+from .earlier_tables import keep
 from .points import load_points
 from .table import encoding_of, header_of
 
-#: Folder beside the table for the tables before.
-EARLIER = "earlier"
+#: What a test may be for; without a role it is for training.
+ROLES = ("train", "test")
 #: Larger tables are not changed here.
 _MAX_BYTES = 50_000_000
 _COLUMN = re.compile(r"[^\W\d]\w{0,59}")
@@ -127,6 +128,8 @@ class TableOfTests:
                 raise InputError(
                     f"{self.file}: value {shown(value, 60)!r}; allowed: a text of one line, up to 500 characters"
                 )
+            if column == "role" and value.strip() not in (*ROLES, ""):
+                raise unknown_name("role", value.strip(), ROLES, f"{self.file}: {test}")
             form = re.compile(".*".join(map(re.escape, test.split("*"))))
             hits = [row for row in rows[1:] if row[place] and form.fullmatch(row[place])]
             if not hits:
@@ -166,7 +169,7 @@ class TableOfTests:
                 raise InputError(str(error).replace(str(read), str(self.file))) from None
             finally:
                 read.rename(temporary)
-            kept = self._keep() if self.file.is_file() else None
+            kept = keep(self.file, self.file.parent) if self.file.is_file() else None
         return kept
 
     def _written(self) -> str:
@@ -174,21 +177,6 @@ class TableOfTests:
         text.writelines(self.above)
         csv.writer(text, delimiter=self.separator, lineterminator="\n").writerows(self.rows)
         return text.getvalue()
-
-    def _keep(self) -> Path:
-        """Keep the table before under the next number; it is linked or copied, so that there is a table at any time."""
-        place = self.file.parent / EARLIER
-        place.mkdir(exist_ok=True)
-        suffix = self.file.suffix
-        numbers = [
-            int(p.stem.rpartition("-")[2])
-            for p in place.glob(f"{self.file.stem}-[0-9]*{suffix}")
-            if p.stem[-3:].isdigit()
-        ]
-        kept = place / f"{self.file.stem}-{max(numbers, default=0) + 1:03d}{suffix}"
-        with atomic_path(kept) as temporary:
-            temporary.write_bytes(self.file.read_bytes())
-        return kept
 
     def text(self) -> str:
         """Return the table for the console."""

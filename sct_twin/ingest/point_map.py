@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.errors import shown
 from friction_models.common.ranges import is_number
 from friction_models.common.units import conversion
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
@@ -243,6 +244,11 @@ def _metadata(content: Any, where: str) -> dict[str, Cell]:
         not isinstance(value, str | int | float) for value in content.values()
     ):
         raise InputError(f"{where}: metadata is {content!r}; allowed: names with values")
+    for name, value in content.items():
+        if isinstance(value, str) and not value.isprintable():
+            raise InputError(
+                f"{where}: metadata {name!r} is {shown(value, 60)!r}; allowed: a text of one line without control characters"
+            )
     return {_word(name, where): value for name, value in content.items()}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -128,6 +129,8 @@ def _one(
     table = read(file)
     present = [str(name) for name in table.frame.columns]
     used = mapping.used(present)
+    if mapping.columns is None:
+        _check_once(present, file)
     for name in mapping.columns or {}:
         if name not in used:
             raise missing_column(name, present, str(file))
@@ -135,6 +138,7 @@ def _one(
         error = missing_column("mu", present, str(file))
         raise InputError(f"{error}; a point map (--map) says which column it is, --dry-run drafts one")
     kept, notes = _kept(table, mapping)
+    notes += table.notes
     from_name = mapping.file_name.of(file.stem, f"{file}: ") if mapping.file_name else {}
     about = {**mapping.metadata, **{k: v for k, v in from_name.items() if k != "test_id"}}
     by = {column.quantity: name for name, column in used.items() if column.quantity}
@@ -158,6 +162,17 @@ def _one(
             values = _cells(table.frame[name])[kept].reset_index(drop=True)
             _add_column(tests, frame["test_id"], values, name, column.test_table, file)
     return frame, tests, notes
+
+
+def _check_once(present: list[str], file: Path) -> None:
+    """Raise InputError: a quantity stands in several columns; the reader numbers them."""
+    for name in POINT_COLUMNS:
+        again = [column for column in present if re.fullmatch(rf"{name} \(\d+\)", column)]
+        if again:
+            raise InputError(
+                f"{file}: column {name!r} stands {len(again)} times; allowed: once, or a point map (--map) that says which of "
+                f"{', '.join(map(repr, again))} it is"
+            )
 
 
 def _kept(table: RawTable, mapping: PointMap) -> tuple[np.ndarray, list[str]]:

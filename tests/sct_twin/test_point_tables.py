@@ -157,3 +157,45 @@ def test_the_command_drafts_a_map_and_writes_a_data_set(
     data = DataSet.load("data")
     assert data.points["v_rel"].iloc[0] == pytest.approx(200.0) and not data.synthetic
     assert run(["points", file.name]) == 2 and "-o is missing" in capsys.readouterr().err
+
+
+def test_a_table_read_again_keeps_what_was_said_of_its_tests(tmp_path: Path) -> None:
+    table, data = tmp_path / "oil.csv", tmp_path / "data"
+    table.write_text("test_id,sigma_n,mu\na,500,0.1\nb,600,0.11\n")
+    assert run(["points", str(table), "-o", str(data)]) == 0
+    assert run(["tests", str(data), "--set", "b:role=test"]) == 0
+    said = (data / "tests.csv").read_text()
+    table.write_text("test_id,sigma_n,mu\na,500,0.1\nb,650,0.11\nc,700,0.12\n")
+    assert run(["points", str(table), "-o", str(data)]) == 0
+    again = pd.read_csv(data / "tests.csv", index_col="test_id")
+    assert again["role"].fillna("").to_dict() == {"a": "", "b": "test", "c": ""}
+    assert {p.name for p in (data / "earlier").iterdir()} == {"tests-001.csv", "tests-002.csv"}
+    assert (data / "earlier" / "tests-002.csv").read_text() == said
+
+
+def test_a_role_that_is_none_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "tests.csv").write_text("test_id\na\n")
+    assert run(["tests", str(tmp_path / "tests.csv"), "--set", "a:role=tset"]) == 2
+    assert "unknown role 'tset'; allowed: test, train; did you mean 'test'?" in capsys.readouterr().err
+    assert "role" not in (tmp_path / "tests.csv").read_text()
+
+
+@pytest.mark.parametrize("heading", ["sigma_n,T,T", "sigma_n,T [K],T [degC]"])
+def test_a_quantity_that_stands_twice_is_refused(heading: str, tmp_path: Path) -> None:
+    file = tmp_path / "twice.csv"
+    file.write_text(f"test_id,{heading},mu\na,500,300,27,0.1\nb,600,310,37,0.1\n")
+    with pytest.raises(InputError, match=r"column 'T' stands 2 times; allowed: once, or a point map"):
+        read_point_tables(file)
+
+
+def test_groups_of_thousands_are_said(tmp_path: Path) -> None:
+    file = tmp_path / "grouped.csv"
+    file.write_text("test_id;sigma_n;sd;mu\na;500,5;1.500;0,1\na;500,5;2.500;0,1\n")
+    found = read_point_tables(file)
+    assert found.dataset.points["sd"].tolist() == [1500.0, 2500.0]
+    assert any("column 'sd': '.' taken as separator of thousands" in n for n in found.notes)
+
+
+def test_metadata_without_control_characters(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"metadata 'lubricant'.*without control characters"):
+        PointMap.load({"columns": {"f": "mu"}, "metadata": {"lubricant": "oil\x00"}})

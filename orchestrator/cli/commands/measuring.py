@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -163,8 +164,11 @@ def points(
 ) -> None:
     """Turn tables of points of any laboratory into a data set: names and units of the contract, and a test table.
 
-    Reads what `ingest` reads. Without --map the columns must be called as in a data set; --dry-run drafts a map.
+    Reads what `ingest` reads. Of a data set that is written anew the test tables before are kept in the folder `earlier`, and columns that
+    only they have (role, batch) stay. Without --map the columns must be called as in a data set; --dry-run drafts a map.
     """
+    from friction_models.loads.dataset import read_tests
+    from friction_models.loads.earlier_tables import with_columns_of
     from sct_twin.ingest.point_guess import describe_points
     from sct_twin.ingest.point_tables import read_point_tables
 
@@ -179,7 +183,13 @@ def points(
     assert out is not None
     for text in found.notes:
         note(text)
-    found.dataset.save(out)
+    dataset = found.dataset
+    if dataset.tests is not None and (out / "dataset.json").is_file() and (out / "tests.csv").is_file():
+        table, more = with_columns_of(dataset.tests, read_tests(out / "tests.csv"))
+        dataset = replace(dataset, tests=table)
+        if more:
+            note(f"{', '.join(more)}: taken from the test table before, for tests of the same name")
+    dataset.save(out)
     say(f"data set written: {out} ({found.headline()})")
 
 
