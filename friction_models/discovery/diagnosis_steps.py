@@ -109,9 +109,9 @@ def diagnose(
         an unknown model or effect.
     """
     stages = Stages(progress)
-    stages(0, "noise of the tests")
     measured = prepare(data, tests)
     campaign, base, floor = _beside(measured, model, seed)
+    stages(0, "noise of the tests")  # not before: what is refused is said in one sentence
     odd = odd_tests(campaign, campaign.average(base.columns), floor) if not base.fixed else []
     if odd:
         measured = without_tests(measured, odd)
