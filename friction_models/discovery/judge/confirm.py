@@ -233,10 +233,14 @@ class Confirm:
         ]
         told: list[str] = []
         for f in tried:
-            more = float(np.mean(self.straight.errors([f, *others]).total) - np.mean(own))
-            agreed = lead(self.straight.squares([f, *others]), likelihood)[1]
-            as_good = shares.missing > 0.0 and more < shares.missing
-            if as_good or (f.gain > AS_LIKELY * first.gain and agreed < AGREED):
+            instead = [f, *others]
+            as_good = shares.missing > 0.0 and (
+                np.mean(self.straight.errors(instead).total) - np.mean(own) < shares.missing
+            )
+            if as_good or (
+                f.gain > AS_LIKELY * first.gain
+                and lead(self.straight.squares(instead), likelihood)[1] < AGREED
+            ):
                 told.append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
