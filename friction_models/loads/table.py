@@ -17,6 +17,7 @@ import pandas as pd
 
 from ..common.errors import InputError, shown
 from ..common.extras import need
+from ..common.files import atomic_path
 from ..common.units import UNITS, conversion, differs, spelling
 from .contract import POINT_UNITS, SETTING_UNITS, UNCERTAINTY_UNITS
 
@@ -324,3 +325,20 @@ def encoding_of(file: Path) -> str:
 def _blocks(stream: BinaryIO) -> Iterator[bytes]:
     while block := stream.read(1 << 24):
         yield block
+
+
+def write_table(path: Path, frame: pd.DataFrame) -> None:
+    """Write a table as CSV or, by its suffix, as Parquet; atomically.
+
+    Raises
+    ------
+    InputError
+        Parquet, and the library for it is not installed.
+    """
+    if path.suffix != ".csv":
+        need("pyarrow", "solvers", f"{path}: a Parquet file")
+    with atomic_path(path) as temporary:
+        if path.suffix == ".csv":
+            frame.to_csv(temporary, index=False, lineterminator="\n")
+        else:
+            frame.to_parquet(temporary, index=False)

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from friction_models.common import InputError, atomic_path, unknown_name
-from friction_models.common.extras import need
+from friction_models.common import InputError, unknown_name
 
 from ..common.console import Tick, keeping, progress, say, write_page, write_result
 from ..common.files_named import Commands, Reads, Writes
@@ -205,14 +204,9 @@ def compare(
 
 def _write_points(path: Path, found: TestsComparison) -> None:
     """Write the points with mu of every model."""
-    frame = found.points()
-    if path.suffix != ".csv":
-        need("pyarrow", "solvers", f"{path}: a Parquet file")
-    with atomic_path(path) as temporary:
-        if path.suffix == ".csv":
-            frame.to_csv(temporary, index=False, lineterminator="\n")
-        else:
-            frame.to_parquet(temporary, index=False)
+    from friction_models.loads.table import write_table
+
+    write_table(path, found.points())
     say(f"written: {path}")
 
 

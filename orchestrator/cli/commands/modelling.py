@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from friction_models.common import InputError, atomic_path
-from friction_models.common.extras import need
+from friction_models.common import InputError
 
 from ..common.console import note, say, write_result
 from ..common.files_named import Commands, Writes
@@ -193,6 +192,7 @@ def predict(
 
     The output is CSV or Parquet, by its suffix: the rows and columns of the input as they stand in it.
     """
+    from friction_models.loads.table import write_table
     from friction_models.models.measures import range_warning
 
     if out.suffix not in {".csv", ".parquet"}:
@@ -205,13 +205,7 @@ def predict(
         bounds = friction.predict_interval_frame(dataset.points, dataset.tests, level)
         predicted |= {str(bound.name): bound.to_numpy() for bound in bounds}
     frame = dataset.as_given(**predicted)
-    if out.suffix != ".csv":
-        need("pyarrow", "solvers", f"{out}: a Parquet file")
-    with atomic_path(out) as temporary:
-        if out.suffix == ".csv":
-            frame.to_csv(temporary, index=False, lineterminator="\n")
-        else:
-            frame.to_parquet(temporary, index=False)
+    write_table(out, frame)
     say(f"written: {out} ({len(frame)} points)")
     if warning := range_warning(predicted["mu_model"]):
         say(warning)
