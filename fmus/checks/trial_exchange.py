@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from friction_models.common import InputError
+from friction_models.common.wording import counted
 from friction_models.loads import LOADS, MU, FloatArray
 
 from ..runtime.fmu_files import UnpackedFmu
@@ -46,7 +47,8 @@ def exchange(fmu: UnpackedFmu, notes: Notes) -> None:
         return
     finite = all(np.isfinite(result[n]).all() for n in recorded)
     notes.add(
-        finite and len(result) > 1, f"simulated by fmpy over {_TIME} s, {len(recorded)} outputs are finite"
+        finite and len(result) > 1,
+        f"simulated by fmpy over {_TIME} s, {counted(len(recorded), 'output')}: all values finite",
     )
     if not is_friction:
         return

@@ -7,15 +7,13 @@ same bytes: the time is that of the variable ``SOURCE_DATE_EPOCH`` and is left o
 
 from __future__ import annotations
 
-import datetime
 import hashlib
-import os
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from lxml import etree
 
-from friction_models.common import InputError
+from friction_models.common.build_time import build_time
 
 from ..interface.friction_source import FrictionSource
 
@@ -26,7 +24,6 @@ SRMD = "http://ssp-standard.org/SSPTraceability1/SimulationResourceMetaData"
 STC = "http://ssp-standard.org/SSPTraceability1/SSPTraceabilityCommon"
 #: Whose words the keywords are.
 KIND = "org.tribofmu.friction-model"
-_EPOCH = "SOURCE_DATE_EPOCH"
 _ERRORS = ("rmse", "mae", "bias", "tests", "points")
 
 
@@ -49,8 +46,8 @@ def traceability_files(source: FrictionSource) -> dict[str, bytes]:
     about = {"version": VERSION, "name": source.name, "generationTool": "tribofmu"}
     if author := str(source.card.get("author") or ""):
         about["author"] = author
-    if when := _when():
-        about["generationDateAndTime"] = when
+    if when := build_time():
+        about["generationDateAndTime"] = when.strftime("%Y-%m-%dT%H:%M:%SZ")
     root = etree.Element(f"{{{SRMD}}}SimulationResourceMetaData", about, nsmap={"srmd": SRMD, "stc": STC})
     group = etree.SubElement(root, f"{{{STC}}}Classification", {"type": KIND})
     for keyword, value in facts(source):
@@ -105,14 +102,3 @@ def _text(value: object) -> str:
         else str(value)
     )
     return "".join(c for c in text if c.isprintable())
-
-
-def _when() -> str:
-    given = os.environ.get(_EPOCH, "")
-    if not given:
-        return ""
-    try:
-        moment = datetime.datetime.fromtimestamp(int(given), tz=datetime.UTC)
-    except (ValueError, OverflowError, OSError):
-        raise InputError(f"{_EPOCH}: {given[:40]!r}; allowed: seconds since 1970, a whole number") from None
-    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")

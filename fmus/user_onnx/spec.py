@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from friction_models.common import InputError, nearest, unknown_name
+from friction_models.common.wording import kind_of
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import LOAD_NAMES
 
@@ -121,7 +122,7 @@ class Spec(BaseModel):
         """Build from what stands in the YAML file; see `load`."""
         if not isinstance(content, dict) or not all(isinstance(k, str) for k in content):
             raise InputError(
-                f"{where}: holds {type(content).__name__}, allowed: the keys {', '.join(cls.model_fields)}"
+                f"{where}: holds {kind_of(content)}, allowed: the keys {', '.join(cls.model_fields)}"
             )
         if "domain" in content:
             raise InputError(

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from friction_models.common import InputError, nearest, unknown_name
+from friction_models.common.wording import kind_of
 from friction_models.common.yaml_files import read_yaml
 
 from ..fe.heat.properties import Property
@@ -287,7 +288,7 @@ def material_from_content(content: object, where: str = "material") -> Material:
     """
     if not isinstance(content, dict) or not all(isinstance(k, str) for k in content):
         raise InputError(
-            f"{where}: holds {type(content).__name__}; allowed: the keys {', '.join(MaterialFile.model_fields)}"
+            f"{where}: holds {kind_of(content)}; allowed: the keys {', '.join(MaterialFile.model_fields)}"
         )
     curve = content.get("flow_curve")
     if isinstance(curve, dict) and not (isinstance(curve.get("form"), str) and curve["form"] in FORMS):

@@ -20,6 +20,7 @@ from typing import Any
 
 from .errors import InputError, shown
 from .folders import FolderKind, check_folder, check_parents
+from .wording import kind_of
 
 #: What the standard library and NumPy raise on damaged archives of arrays.
 DAMAGED = (
@@ -245,5 +246,5 @@ def read_json(path: Path) -> dict[str, Any]:
     except (ValueError, OSError, RecursionError) as error:
         raise InputError(f"{path}: not readable JSON ({error})") from None
     if not isinstance(content, dict):
-        raise InputError(f"{path}: holds {type(content).__name__}, allowed: a JSON object")
+        raise InputError(f"{path}: holds {kind_of(content)}, allowed: a JSON object")
     return content

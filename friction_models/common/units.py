@@ -42,6 +42,8 @@ UNITS: dict[str, Unit] = {
     "kPa": Unit("pressure", 1e-3),
     "GPa": Unit("pressure", 1e3),
     "bar": Unit("pressure", 0.1),
+    "psi": Unit("pressure", 6.894757293168361e-3),
+    "ksi": Unit("pressure", 6.894757293168361),
     "N/mm2": Unit("pressure"),
     "kN/mm2": Unit("pressure", 1e3),
     "degC": Unit("temperature"),

@@ -12,6 +12,7 @@ import pandas as pd
 
 from ..common import InputError
 from ..common.drawn import Drawn
+from ..common.wording import counted
 from ..estimation.campaign.binning import Campaign, prepare
 from ..loads import FloatArray
 from ..models.measures import predict_points
@@ -143,12 +144,12 @@ class Comparison(Drawn):
         """Return a text table, best model first."""
         best = self.ranking[0]
         if len(self.ranking) == 1:
-            head = f"{best}: RMSE {self.errors[best].rmse:.5f} on {self.tests} tests"
+            head = f"{best}: RMSE {self.errors[best].rmse:.5f} on {counted(self.tests, 'test')}"
         else:
             how = "is clearly ahead of" if self.clear else "is ahead, but not clearly, of"
             if self.errors[self.ranking[1]].rmse - self.errors[best].rmse <= SAME * self.errors[best].rmse:
                 how = "has the same error as"
-            head = f"{best} {how} {self.ranking[1]} on {self.tests} tests ({self.points} points)"
+            head = f"{best} {how} {self.ranking[1]} on {counted(self.tests, 'test')} ({counted(self.points, 'point')})"
         width = max(len(n) for n in self.ranking)
         lines = [
             head,
@@ -159,9 +160,8 @@ class Comparison(Drawn):
         for name in self.ranking:
             e = self.errors[name]
             lines.append(
-                f"{name:<{width}}  {e.rmse:.5f} [{e.rmse_interval[0]:.5f}, {e.rmse_interval[1]:.5f}]  "
-                f"{e.mae:.5f} [{e.mae_interval[0]:.5f}, {e.mae_interval[1]:.5f}]  "
-                f"{e.bias:+.5f} [{e.bias_interval[0]:+.5f}, {e.bias_interval[1]:+.5f}]  {100 * e.wins:3.0f} % of tests"
+                f"{name:<{width}}  {e.rmse:.5f} {_shown(e.rmse_interval)}  {e.mae:.5f} {_shown(e.mae_interval)}  "
+                f"{e.bias:+.5f} {_shown(e.bias_interval, '+')}  {100 * e.wins:3.0f} % of tests"
             )
         return "\n".join([*lines, *([""] if self.seen else []), *self.remarks()]) + "\n"
 
@@ -252,6 +252,13 @@ def _interval(values: FloatArray, tests: int) -> tuple[float, float]:
         return (float("nan"), float("nan"))
     low, high = np.quantile(values, [0.025, 0.975])
     return float(low), float(high)
+
+
+def _shown(interval: tuple[float, float], sign: str = "") -> str:
+    low, high = interval
+    return (
+        f"{'[not known]':<{18 + 2 * len(sign)}}" if np.isnan(low) else f"[{low:{sign}.5f}, {high:{sign}.5f}]"
+    )
 
 
 def _plain(interval: tuple[float, float]) -> list[float] | None:

@@ -154,7 +154,7 @@ def refine(
         if not force and _worse(error_before, error_after, campaign.point_test[seen]):
             raise InputError(
                 f"refine: adding {', '.join(e.name for e in added)} raises the error on {by} from "
-                f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or force=True (--force)"
+                f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or --force (in Python force=True)"
             )
         history.append(entry)
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])

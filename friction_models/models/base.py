@@ -16,6 +16,7 @@ from sklearn.base import clone
 
 from ..common import InputError
 from ..common.drawn import Drawn
+from ..common.wording import counted
 from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
 from .calibration import FOLDS, calibrated, folds_of
@@ -283,7 +284,7 @@ class FrictionModel(FrictionLaw, Drawn):
         count = 0 if tests is None else len(np.unique(tests))
         if tests is None or count < LEAST_TESTS:
             raise InputError(
-                f"interval: {count} tests, allowed: at least {LEAST_TESTS} (points of one test are not independent)"
+                f"interval: {counted(count, 'test')}, allowed: at least {LEAST_TESTS} (points of one test are not independent)"
             )
         predicted, source = self.left_out(points, target, tests, FOLDS, seed)
         self.interval_ = calibrated(predicted, source, points, target, tests, self.domain, level)

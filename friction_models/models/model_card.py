@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..common.json_values import JsonObject
+from ..common.wording import counted
 from ..loads import LOADS, FloatArray
 from .effective_variance import HonouredUncertainty, honoured_sentence
-from .intervals import SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
+from .intervals import LEAST_TESTS, SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
 from .load_uncertainty import loads_sentence
 from .measures import Measures
 
@@ -105,6 +106,14 @@ def tied_loads(data: DataFacts) -> str:
         f"{', '.join(names[:-1])} and {names[-1]} follow from one another in the training data but for rounding: their "
         "influences cannot be told apart, and where they do not go together the model is a guess"
     )
+
+
+def few_tests(data: DataFacts) -> str:
+    """Say that the errors of training mean little, where there are too few tests for an interval; empty else."""
+    tests = data["tests"]
+    if tests is None or tests >= LEAST_TESTS:
+        return ""
+    return f"trained on {counted(tests, 'test')} ({counted(data['points'], 'point')}): the errors above say nothing about new tests"
 
 
 def _labels(variable: JsonObject) -> str:
@@ -213,7 +222,7 @@ def card_text(card: ModelCard) -> str:
             lines += [f"- {v['name']} [{v['unit']}], start {v['start']:g}{_labels(v)}" for v in variables]
     train = splits.get("train")
     if train:
-        listed = ", ".join(train) if isinstance(train, list) else f"{train} tests"
+        listed = ", ".join(train) if isinstance(train, list) else counted(train, "test")
         lines += ["", "## Split", "", f"By whole tests. Trained on: {listed}"]
         if splits.get("validation"):
             lines.append(f"Of these, held out to stop the training: {', '.join(splits['validation'])}")
@@ -260,6 +269,8 @@ class Seen:
         """Return what to know about the errors of the model."""
         count = len(self.tests)
         how_many = f"{'all' if count == self.judged else f'{count} of the'} {self.judged} tests"
+        if self.judged == 1:
+            how_many = "the only test"
         what = how_many if self.checked else f"tests with the names of {how_many}"
         return f"{model} was trained on {what} that it is judged by: errors there say little about new tests"
 

@@ -63,6 +63,10 @@ def run(arguments: Sequence[str]) -> int:
 
 def _called(arguments: Sequence[str]) -> int:
     """Call the command. Imports happen here, because Ctrl-C may hit them too."""
+    from friction_models.common.build_time import build_time
+
+    # numpy reads it, too, while it is imported, and fails with a sentence that names nothing.
+    build_time()
     import typer
 
     from .app import command

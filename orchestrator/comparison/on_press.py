@@ -104,7 +104,7 @@ class ForcesComparison:
         """Return the table of errors, and what can be said about the order."""
         lines = [levels_table(self.results), ""]
         for quantity, order in self.orders.items():
-            shown = ", ".join(f"{n} ({100 * order.best[n]:.0f} %)" for n in order.names)
+            shown = ", ".join(f"{n} ({order.chance(n)})" for n in order.names)
             lines.append(f"by {QUANTITIES[quantity]}, probability of being the best: {shown}")
             lines += order.sentences("levels")
         lines += self.remarks()

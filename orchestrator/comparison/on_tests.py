@@ -110,6 +110,15 @@ class Order:
         return cls(names, dict(zip(names, best.tolist())), ranks, pairs, units)
 
     @property
+    def judged(self) -> bool:
+        """Whether there are enough tests (or levels) for an order of models."""
+        return self.units >= FEWEST_UNITS
+
+    def chance(self, name: str) -> str:
+        """Return how probably a model is the best of all, in words."""
+        return f"{100 * self.best[name]:.0f} %" if self.judged else "not known"
+
+    @property
     def indistinct(self) -> list[tuple[str, str]]:
         """Pairs that cannot be told apart."""
         return [(p["better"], p["worse"]) for p in self.pairs if not p["apart"]]
@@ -126,7 +135,7 @@ class Order:
             )
             words = f"{self.units} {unit}" if self.units != 1 else f"1 {unit.removesuffix('s')}"
             lines.append(f"cannot be told apart on {words}: {shown}")
-        if self.units < FEWEST_UNITS:
+        if not self.judged:
             lines.append(f"at least {FEWEST_UNITS} {unit} are needed to tell models apart")
         return lines
 
@@ -213,7 +222,7 @@ class TestsComparison:
             place = f"{low}" if low == high else f"{low}-{high}"
             share = self.outside[name]
             said = "not known" if share is None else f"{100 * share:.1f} %"
-            lines.append(f"{name:<{width}}  {100 * self.order.best[name]:14.0f} %  {place:>5}  {said}")
+            lines.append(f"{name:<{width}}  {self.order.chance(name):>16}  {place:>5}  {said}")
         return "\n".join([*lines, *self.order.sentences(), *self._out_of_range()]) + "\n"
 
 

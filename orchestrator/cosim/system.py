@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Self
 
 from friction_models.common import InputError
+from friction_models.common.wording import kind_of
 from friction_models.common.yaml_files import read_yaml
 
 from .setup.description import SystemDescription
@@ -59,7 +60,7 @@ class System(SystemDescription):
         if read is None:
             raise InputError(f"{file}: the file is empty")
         if not isinstance(read, dict):
-            raise InputError(f"{file}: a system is a mapping, not a {type(read).__name__}")
+            raise InputError(f"{file}: holds {kind_of(read)}; allowed: a mapping")
         return cls.from_dict(read, file.resolve().parent, str(file))
 
     def validate(self) -> None:  # type: ignore[override]

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from friction_models.common.markup import bullets, escape, table
+from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
 from ..comparison.in_one_system import RunsComparison
@@ -34,7 +35,7 @@ def comparison_page(
     titles, said = list[str](), list[str]()
     if tests is not None:
         titles.append(_verdict(tests.order))
-        said.append(f"{tests.result.tests} tests, {tests.result.points} points")
+        said.append(f"{counted(tests.result.tests, 'test')}, {counted(tests.result.points, 'point')}")
         _add_tests(page, tests)
     if forces is not None:
         titles.append(_verdict(forces.orders["max_force"]))
@@ -64,6 +65,8 @@ def _verdict(order: Order) -> str:
     if len(order.names) < 2:
         return f"{order.names[0]}: one model"
     best, second = order.names[:2]
+    if not order.judged:
+        return f"{best} has the smallest error of {len(order.names)} models; too few were measured to tell models apart"
     apart = (best, second) not in order.indistinct
     share = f"best of {len(order.names)} with a probability of {100 * order.best[best]:.0f} %"
     return f"{best} is {share}" + ("" if apart else f", not told apart from {second}")
@@ -78,14 +81,14 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
             (
                 name, _interval(e.mae, e.mae_interval), _interval(e.rmse, e.rmse_interval),
                 _interval(e.bias, e.bias_interval, "+"), "not known" if share is None else f"{100 * share:.1f}",
-                f"{100 * c.order.best[name]:.0f}", f"{low}" if low == high else f"{low} to {high}",
+                c.order.chance(name), f"{low}" if low == high else f"{low} to {high}",
             )
         )  # fmt: skip
     page.add(
         "errors",
         "Errors on tests",
         table(
-            ["model", "MAE [95 %]", "RMSE [95 %]", "bias [95 %]", "outside its domain [%]", "probability best [%]", "place"],
+            ["model", "MAE [95 %]", "RMSE [95 %]", "bias [95 %]", "outside its domain [%]", "probability best", "place"],
             rows, numeric=range(1, 7), caption="Place: 95 % interval over resampled sets of tests. Loads outside the trained domain of a model were "
             "moved to its border, as its FMU does by default; a model with memory got them as they are.",
         ),
@@ -127,14 +130,14 @@ def _add_forces(page: Page, c: ForcesComparison) -> None:
             (
                 name, f"{100 * force.mare:.1f} +- {100 * force.mare_std:.1f}", _spread(force),
                 f"{100 * work.mare:.1f} +- {100 * work.mare_std:.1f}", _spread(work),
-                *(f"{100 * c.orders[q].best[name]:.0f}" for q in QUANTITIES),
+                *(c.orders[q].chance(name) for q in QUANTITIES),
             )
         )  # fmt: skip
     page.add(
         "force-errors",
         "Errors on press curves",
         table(
-            ["model", "MARE max force [%]", "over levels [%]", "MARE work [%]", "over levels [%]", "best by force [%]", "best by work [%]"],
+            ["model", "MARE max force [%]", "over levels [%]", "MARE work [%]", "over levels [%]", "probability best by force", "by work"],
             rows, numeric=range(1, 7), caption="MARE: mean absolute relative error over the levels, +- from the scatter of the repeats.",
         ),
         bullets(c.remarks()),

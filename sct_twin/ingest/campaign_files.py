@@ -11,6 +11,7 @@ import pandas as pd
 from friction_models.common import InputError, atomic_folder
 from friction_models.common.folders import CAMPAIGN
 from friction_models.common.pool import Progress
+from friction_models.common.wording import counted
 
 from ..records.record import SctRecord, write_csv
 from .channel_map import Map
@@ -38,7 +39,9 @@ class IngestReport:
 
     def headline(self) -> str:
         """Return how many tests were written where, and how many were left out."""
-        return f"{len(self.quality)} tests in {self.campaign.folder}, {len(self.left_out)} left out"
+        return (
+            f"{counted(len(self.quality), 'test')} in {self.campaign.folder}, {len(self.left_out)} left out"
+        )
 
 
 def ingest(

@@ -10,6 +10,7 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.common.pool import Progress
 from friction_models.common.units import conversion
+from friction_models.common.wording import counted
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
 
 from ..readers import RawTable, read_file
@@ -121,5 +122,5 @@ def describe_points(
 def _range(table: RawTable, name: str) -> str:
     numbers, _ = table.numbers(name)
     if np.isnan(numbers).all():
-        return f"{table.frame[name].nunique()} texts"
+        return counted(table.frame[name].nunique(), "text")
     return f"{np.nanmin(numbers):.5g} to {np.nanmax(numbers):.5g}"

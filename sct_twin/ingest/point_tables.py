@@ -15,7 +15,8 @@ from friction_models.common import InputError
 from friction_models.common.errors import shown
 from friction_models.common.pool import Progress
 from friction_models.common.units import conversion
-from friction_models.loads import DataSet, missing_column
+from friction_models.common.wording import counted
+from friction_models.loads import LOAD_NAMES, DataSet, missing_column
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
 from friction_models.loads.points import check_points
 
@@ -42,7 +43,9 @@ class PointTables:
     def headline(self) -> str:
         """Return how much was read."""
         points = self.dataset.points
-        return f"{points['test_id'].nunique()} tests, {len(points)} points"
+        said = f"{counted(points['test_id'].nunique(), 'test')}, {counted(len(points), 'point')}"
+        absent = [name for name in LOAD_NAMES if name not in points]
+        return f"{said}; not measured: {', '.join(absent)}" if absent else said
 
 
 def read_point_tables(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.wording import kind_of
 from friction_models.common.yaml_files import read_yaml
 
 #: Largest file of a map of columns.
@@ -68,6 +69,6 @@ def map_content(
             raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {MAX_MAP_BYTES}")
         content = read_yaml(path)
     if not isinstance(content, Mapping):
-        raise InputError(f"{where}: holds {type(content).__name__}; allowed: keys {', '.join(keys)}")
+        raise InputError(f"{where}: holds {kind_of(content)}; allowed: keys {', '.join(keys)}")
     check_keys(content, keys, where)
     return content, where

@@ -134,7 +134,7 @@ def test_yaml_as_a_list_and_graphs_of_fewer_loads() -> None:
         ({"output": {"unit": "1"}}, "unknown key 'output.unit'; allowed: name, multiply, add"),
         ({"family": "../x"}, "family: .*value '../x'"),
         ({"name": "x" * 500}, "name: .*at most 120"),
-        (["T"], "holds list, allowed: the keys name"),
+        (["T"], "holds a list, allowed: the keys name"),
     ],
 )  # fmt: skip
 def test_a_yaml_that_does_not_fit_is_refused_in_one_sentence(spec: object, words: str) -> None:
@@ -150,7 +150,7 @@ def test_a_yaml_that_does_not_fit_is_refused_in_one_sentence(spec: object, words
         ("a: &x [1, 2]\nb: *x\n", "holds an alias"),
         ("!!python/object/apply:os.system ['true']", "not YAML"),
         ("# " + "x" * 70_000, "allowed: at most 65536"),
-        ("", "holds NoneType"),
+        ("", "holds nothing"),
         ("[" * 60_000, "nested deeper than 8 levels"),
         ("- " * 30_000, "nested deeper than 8 levels"),
     ],

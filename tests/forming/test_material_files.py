@@ -241,7 +241,7 @@ def test_impossible_tables_are_refused(change, words):
         ("a: &x [1]\nb: *x\n", ["alias"]),
         ("[" * 40, ["nested deeper"]),
         ("a: [1", ["not YAML"]),
-        ("- 1\n", ["holds list"]),
+        ("- 1\n", ["holds a list"]),
         ("!!python/object/apply:os.getcwd []", ["not YAML"]),
         ("x" * (MAX_BYTES + 1), ["bytes", str(MAX_BYTES)]),
     ],

@@ -371,7 +371,7 @@ def test_a_rig_from_its_export_to_friction(tmp_path: Path, record_maker: Maker) 
     (tmp_path / "channels.yaml").write_text(yaml.safe_dump({**mapping, "test_id": "*_Versuch {test_id}"}))
     command = ["ingest", str(rig), "--map", str(tmp_path / "channels.yaml"), "-o", str(tmp_path / "out")]
     run = CliRunner().invoke(app, command)
-    assert run.exit_code == 0 and "1 tests in" in run.output and "0 left out" in run.output
+    assert run.exit_code == 0 and "1 test in" in run.output and "0 left out" in run.output
     assert "2 lines behind the numbers passed over: 'Ende der Messung'" in " ".join(run.output.split())
     quality = pd.read_csv(tmp_path / "out" / "quality.csv", dtype={"test_id": str}).iloc[0]
     assert quality["test_id"] == "017" and quality["rows"] == len(record.t)

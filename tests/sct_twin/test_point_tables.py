@@ -106,7 +106,7 @@ def test_the_draft_knows_usual_names_and_what_reads_with_it_is_what_stands_there
         ({"columns": {"a": "mu"}, "file_name": "test"}, "file_name is"),
         ({"columns": {"a": "mu"}, "metadata": {"a": [1]}}, "metadata is"),
         ({"kolumns": {}}, "did you mean 'columns'?"),
-        ([], "holds list"),
+        ([], "holds a list"),
     ],
 )
 def test_a_bad_map_is_refused_in_a_sentence(content: Any, said: str, tmp_path: Path) -> None:
@@ -153,7 +153,7 @@ def test_the_command_drafts_a_map_and_writes_a_data_set(
     said = capsys.readouterr().out
     Path("points.yaml").write_text(said[said.index("columns:") :])
     assert run(["points", file.name, "--map", "points.yaml", "-o", "data"]) == 0
-    assert "1 tests, 5 points" in capsys.readouterr().out
+    assert "1 test, 5 points; not measured: sigma_n, sd, psi" in capsys.readouterr().out
     data = DataSet.load("data")
     assert data.points["v_rel"].iloc[0] == pytest.approx(200.0) and not data.synthetic
     assert run(["points", file.name]) == 2 and "-o is missing" in capsys.readouterr().err

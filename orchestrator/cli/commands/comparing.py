@@ -295,6 +295,11 @@ def _check_mode(mode: str) -> None:
 
 def _labels(models: list[str]) -> dict[str, str]:
     """Return the models by their short names; by the whole path where two would be called the same."""
+    twice = sorted({name for name in models if models.count(name) > 1})
+    if twice:
+        raise InputError(
+            f"--models: {twice[0]} stands {models.count(twice[0])} times; allowed: each model once"
+        )
     short = [Path(name).stem if Path(name).suffix == ".fmu" else Path(name).name for name in models]
     return {mine if short.count(mine) == 1 else name: name for mine, name in zip(short, models)}
 

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from friction_models.common import InputError
+from friction_models.common.wording import counted
 
 from ..common.console import keeping, note, progress, say
 from ..common.files_named import Commands, Reads, Writes
@@ -131,12 +132,12 @@ def twin(
     data = result.dataset()
     label = "synthetic " if data.synthetic else ""
     say(
-        f"{label}data set written: {out} ({data.points['test_id'].nunique()} tests, {len(data.points)} points)"
+        f"{label}data set written: {out} ({counted(data.points['test_id'].nunique(), 'test')}, {counted(len(data.points), 'point')})"
     )
     if (out / "averages").is_dir():
         say(f"means over each test: {out / 'averages'}")
     if not result.left_out.empty:
-        say(f"{len(result.left_out)} tests left out, reasons in {out / 'left_out.csv'}")
+        say(f"{counted(len(result.left_out), 'test')} left out, reasons in {out / 'left_out.csv'}")
     for remark in result.remarks:
         say(f"{remark['test_id']}: {remark['remark']}")
     if check:

@@ -98,7 +98,7 @@ def train(
         dataset = dataset.without_load_uncertainty()
     from friction_models.models.effective_variance import honoured_sentence
     from friction_models.models.intervals import check_level
-    from friction_models.models.model_card import tied_loads
+    from friction_models.models.model_card import few_tests, tied_loads
     from friction_models.training import train as fit
 
     check_level(level)
@@ -120,9 +120,9 @@ def train(
         say(honoured_sentence(facts["load_uncertainty"], facts["points"]))
     if said:
         say(said)
-    tied = tied_loads(model.card["data"])
-    if tied:
-        note(tied)
+    for remark in (few_tests(facts), tied_loads(facts)):
+        if remark:
+            note(remark)
     say(f"model written: {out}")
 
 

@@ -1,0 +1,35 @@
+"""Numbers of things and kinds of values in plain words, for messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+
+def counted(number: int, noun: str) -> str:
+    """Return how many there are of what.
+
+    Examples
+    --------
+    >>> counted(1, "test"), counted(3, "point")
+    ('1 test', '3 points')
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def kind_of(value: object) -> str:
+    """Return what a value read from JSON or YAML is, in words.
+
+    Examples
+    --------
+    >>> kind_of(None), kind_of([1, 2]), kind_of("mm"), kind_of(3.0)
+    ('nothing', 'a list', 'a text', 'a number')
+    """
+    if value is None or value == "":
+        return "nothing"
+    if isinstance(value, bool):
+        return "yes or no"
+    if isinstance(value, Mapping):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return "a list"
+    return {str: "a text", int: "a number", float: "a number"}.get(type(value), type(value).__name__)
