@@ -99,11 +99,9 @@ def internal_forces(
     xm = np.empty((4, 2))
     x1 = np.empty((4, 2))
     ue = np.empty((4, 2))
-    dn_mid = np.empty((4, 4, 2))
-    dn_end = np.empty((4, 4, 2))
-    r_mid = np.empty(4)
-    r_end = np.empty(4)
-    w_end = np.empty(4)
+    dn = np.empty((4, 2))
+    # At each Gauss point: strains rr, zz, tt, and the slopes of u_r by z and of u_z by r.
+    slopes = np.empty((4, 5))
     fe = np.empty((4, 2))
     b_volume = np.empty((4, 2))
     Te = np.empty(4)
@@ -123,43 +121,49 @@ def internal_forces(
         v_end = 0.0
         dilatation = 0.0
         for g in range(4):
-            w, r, det = gradients(xm, g, dn_mid[g])
-            r_mid[g] = r
-            v_mid += w
-            for a in range(4):
-                dilatation += w * (
-                    (dn_mid[g, a, 0] + N_GAUSS[g, a] / r) * ue[a, 0] + dn_mid[g, a, 1] * ue[a, 1]
-                )
-            w, r, det = gradients(x1, g, dn_end[g])
-            w_end[g] = w
-            r_end[g] = r
-            v_end += w
-            if not det > 0.0:
-                inverted += 1
-            for a in range(4):
-                b_volume[a, 0] += w * (dn_end[g, a, 0] + N_GAUSS[g, a] / r)
-                b_volume[a, 1] += w * dn_end[g, a, 1]
-        dilatation /= v_mid
-        pressure_force = 0.0
-        for g in range(4):
+            w, r, det = gradients(xm, g, dn)
             e_rr = 0.0
             e_zz = 0.0
             e_tt = 0.0
             u_rz = 0.0
             u_zr = 0.0
+            for a in range(4):
+                e_rr += dn[a, 0] * ue[a, 0]
+                e_zz += dn[a, 1] * ue[a, 1]
+                e_tt += N_GAUSS[g, a] * ue[a, 0]
+                u_rz += dn[a, 1] * ue[a, 0]
+                u_zr += dn[a, 0] * ue[a, 1]
+            e_tt /= r
+            slopes[g, 0] = e_rr
+            slopes[g, 1] = e_zz
+            slopes[g, 2] = e_tt
+            slopes[g, 3] = u_rz
+            slopes[g, 4] = u_zr
+            v_mid += w
+            dilatation += w * (e_rr + e_zz + e_tt)
+        dilatation /= v_mid
+        pressure_force = 0.0
+        for g in range(4):
+            w, r, det = gradients(x1, g, dn)
+            v_end += w
+            if not det > 0.0:
+                inverted += 1
+            curvature = 1.0 / r
             temperature = 0.0
             for a in range(4):
-                e_rr += dn_mid[g, a, 0] * ue[a, 0]
-                e_zz += dn_mid[g, a, 1] * ue[a, 1]
-                e_tt += N_GAUSS[g, a] * ue[a, 0]
-                u_rz += dn_mid[g, a, 1] * ue[a, 0]
-                u_zr += dn_mid[g, a, 0] * ue[a, 1]
+                b_volume[a, 0] += w * (dn[a, 0] + N_GAUSS[g, a] * curvature)
+                b_volume[a, 1] += w * dn[a, 1]
                 temperature += N_GAUSS[g, a] * Te[a]
-            e_tt /= r_mid[g]
+            e_rr = slopes[g, 0]
+            e_zz = slopes[g, 1]
+            e_tt = slopes[g, 2]
+            u_rz = slopes[g, 3]
+            u_zr = slopes[g, 4]
             mean = (e_rr + e_zz + e_tt) / 3.0
             half = 0.25 * (u_rz - u_zr)
-            cos = (1.0 - half * half) / (1.0 + half * half)
-            sin = 2.0 * half / (1.0 + half * half)
+            inverse = 1.0 / (1.0 + half * half)
+            cos = (1.0 - half * half) * inverse
+            sin = 2.0 * half * inverse
             s_rr = stress0[e, g, 0]
             s_zz = stress0[e, g, 1]
             s_tt = stress0[e, g, 2]
@@ -188,14 +192,14 @@ def internal_forces(
                 before = 1.5 * (old_rr * s_rr + old_zz * s_zz + old_tt * s_tt + 2.0 * old_rz * s_rz) / q
                 work[e, g] = 0.5 * dp * (before + y)
                 keep = 1.0 - 3.0 * shear * dp / q
-                norm = q * np.sqrt(2.0 / 3.0)
+                norm = np.sqrt(1.5) / q
                 moduli[e, g, 0] = 2.0 * shear * keep
                 moduli[e, g, 1] = 6.0 * shear * shear * (dp / q - 1.0 / (3.0 * shear + slope))
                 moduli[e, g, 7] = 1.0 / (3.0 * shear + slope)
-                moduli[e, g, 2] = s_rr / norm
-                moduli[e, g, 3] = s_zz / norm
-                moduli[e, g, 4] = s_tt / norm
-                moduli[e, g, 5] = s_rz / norm
+                moduli[e, g, 2] = s_rr * norm
+                moduli[e, g, 3] = s_zz * norm
+                moduli[e, g, 4] = s_tt * norm
+                moduli[e, g, 5] = s_rz * norm
                 s_rr *= keep
                 s_zz *= keep
                 s_tt *= keep
@@ -206,12 +210,11 @@ def internal_forces(
             stress1[e, g, 2] = s_tt + pressure
             stress1[e, g, 3] = s_rz
             # The averaged volumetric part of B meets the pressure alone, its deviatoric part the deviator.
-            w = w_end[g]
             pressure_force += w * pressure
-            hoop = s_tt / r_end[g]
+            hoop = s_tt * curvature
             for a in range(4):
-                b1 = dn_end[g, a, 0]
-                b2 = dn_end[g, a, 1]
+                b1 = dn[a, 0]
+                b2 = dn[a, 1]
                 fe[a, 0] += w * (s_rr * b1 + s_rz * b2 + hoop * N_GAUSS[g, a])
                 fe[a, 1] += w * (s_zz * b2 + s_rz * b1)
         pressure_force /= v_end
@@ -259,8 +262,9 @@ def add_stiffness(
             w, r, _ = gradients(x1, g, dn)
             v_end += w
             # dev(B)' I dev(B) = B' I B - tr(B)' tr(B) / 3; the averaged trace enters once for the element.
+            curvature = 1.0 / r
             for a in range(4):
-                b3 = N_GAUSS[g, a] / r
+                b3 = N_GAUSS[g, a] * curvature
                 rows[0, 2 * a] = dn[a, 0]
                 rows[1, 2 * a + 1] = dn[a, 1]
                 rows[2, 2 * a] = b3

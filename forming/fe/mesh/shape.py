@@ -36,9 +36,11 @@ def gradients(xe: FloatArray, g: int, dn: FloatArray) -> tuple[float, float, flo
         j11 += DN_DETA[g, a] * xe[a, 1]
         r += N_GAUSS[g, a] * xe[a, 0]
     det = j00 * j11 - j01 * j10
+    # Divisions cost many times as much as products.
+    inverse = 1.0 / det
     for a in range(4):
-        dn[a, 0] = (j11 * DN_DXI[g, a] - j01 * DN_DETA[g, a]) / det
-        dn[a, 1] = (-j10 * DN_DXI[g, a] + j00 * DN_DETA[g, a]) / det
+        dn[a, 0] = inverse * (j11 * DN_DXI[g, a] - j01 * DN_DETA[g, a])
+        dn[a, 1] = inverse * (j00 * DN_DETA[g, a] - j10 * DN_DXI[g, a])
     return det * r, r, det
 
 
