@@ -1,4 +1,7 @@
-"""The catalogue of physical effects, one file each; users add their own as `tribofmu.effects` entry points."""
+"""The catalogue of physical effects, one file each; users add their own as `tribofmu.effects` entry points.
+
+`base` says what an effect is, `declaration` checks one; the folders hold the effects by what drives them, and do not see each other.
+"""
 
 from __future__ import annotations
 
@@ -8,32 +11,32 @@ from importlib.metadata import entry_points
 
 from ..common import InputError, unknown_name
 from .base import Amplitude, Effect, EffectContext, Memory, Shape, ShapeParameter
-from .batch import Batch
+from .data_faults.force_zero import ForceZero
+from .data_faults.sensor_drift import SensorDrift
+from .data_faults.twin_heating import TwinHeating
 from .declaration import declaration_fault
-from .empirical import PREFIX as _EMPIRICAL
-from .empirical import empirical_effect, empirical_named
-from .factor import PREFIX as _FACTOR
-from .factor import factor_effect, factor_named
-from .flash_temperature import FlashTemperature
-from .force_zero import ForceZero
-from .hersey import Hersey
-from .hot_pressure_breakdown import HotPressureBreakdown
-from .pressure_power import PressurePower
-from .pressure_saturation import PressureSaturation
-from .rate_state import RateState
-from .rising_speed import RisingSpeed
-from .running_in import RunningIn
-from .sensor_drift import SensorDrift
-from .static_peak import StaticPeak
-from .stribeck import Stribeck
-from .surface_expansion import SurfaceExpansion
-from .thermal_breakdown import ThermalBreakdown
-from .thermal_softening import ThermalSoftening
-from .tool_roughness import ToolRoughness
-from .twin_heating import TwinHeating
-from .viscous import Viscous
-from .wear_out import WearOut
-from .work_exhaustion import WorkExhaustion
+from .distance.rate_state import RateState
+from .distance.running_in import RunningIn
+from .distance.static_peak import StaticPeak
+from .distance.wear_out import WearOut
+from .distance.work_exhaustion import WorkExhaustion
+from .empirical.effect import PREFIX as _EMPIRICAL
+from .empirical.effect import empirical_effect, empirical_named
+from .metadata.batch import Batch
+from .metadata.factor import PREFIX as _FACTOR
+from .metadata.factor import factor_effect, factor_named
+from .metadata.tool_roughness import ToolRoughness
+from .pressure_and_surface.pressure_power import PressurePower
+from .pressure_and_surface.pressure_saturation import PressureSaturation
+from .pressure_and_surface.surface_expansion import SurfaceExpansion
+from .speed.hersey import Hersey
+from .speed.rising_speed import RisingSpeed
+from .speed.stribeck import Stribeck
+from .speed.viscous import Viscous
+from .temperature.flash_temperature import FlashTemperature
+from .temperature.hot_pressure_breakdown import HotPressureBreakdown
+from .temperature.thermal_breakdown import ThermalBreakdown
+from .temperature.thermal_softening import ThermalSoftening
 
 ENTRY_POINT_GROUP = "tribofmu.effects"
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ...effects.base import EffectContext
-from ...effects.empirical import Empirical
-from ...effects.empirical_curves import Part, curve, factor
-from ...effects.empirical_terms import Term
+from ...effects.empirical.curves import Part, curve, factor
+from ...effects.empirical.effect import Empirical
+from ...effects.empirical.terms import Term
 from ...estimation.campaign.binning import Campaign
 from ...estimation.search.candidates import OPS
 from ...expressions.ops import LoadColumns

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from ...effects.empirical import Empirical
+from ...effects.empirical.effect import Empirical
 from ...loads import FloatArray
 from .bins import Bins
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from functools import cache
 from itertools import combinations, permutations
 
-from ...effects.empirical_curves import load_of
-from ...effects.empirical_terms import ALONE, ON_LOGARITHM, OVER_SUMS, OVER_TWO, SLOPING, Term, parse_term
+from ...effects.empirical.curves import load_of
+from ...effects.empirical.terms import ALONE, ON_LOGARITHM, OVER_SUMS, OVER_TWO, SLOPING, Term, parse_term
 
 #: Kinds of products of two curves; where they differ, each may be over either load.
 PRODUCTS = (

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from ...effects.base import EffectContext
-from ...effects.empirical import Empirical
+from ...effects.empirical.effect import Empirical
 from ...estimation.search.candidates import OPS
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray

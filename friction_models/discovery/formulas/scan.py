@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...effects.empirical_terms import Term
+from ...effects.empirical.terms import Term
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
 from ..judge.unseen_tests import ErrorsByTest, errors_of_tests

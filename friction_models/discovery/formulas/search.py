@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.stats import t as student
 
 from ...effects import empirical_effect
-from ...effects.empirical import numbered
+from ...effects.empirical.effect import numbered
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import LOAD_NAMES, FloatArray

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...effects import empirical_effect
-from ...effects.empirical_terms import Term
+from ...effects.empirical.terms import Term
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
 from ..judge.error_budget import lead

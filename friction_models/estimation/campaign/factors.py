@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.stats import rankdata
 
 from ...effects.base import Effect
-from ...effects.factor import scanned_factor
+from ...effects.metadata.factor import scanned_factor
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from .binning import Campaign

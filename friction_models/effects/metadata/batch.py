@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..expressions.ops import LoadColumns, Ops, Value
-from ..loads import FloatArray
-from .base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
+from ...expressions.ops import LoadColumns, Ops, Value
+from ...loads import FloatArray
+from ..base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
 
 #: Batches that are tried.
 MOST = 60

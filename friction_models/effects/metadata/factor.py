@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..common import InputError, shown
-from ..expressions.ops import LoadColumns, Ops, Value
-from ..loads import FloatArray
-from ..loads.contract import POINT_COLUMNS, SETTING_UNITS
-from .base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
+from ...common import InputError, shown
+from ...expressions.ops import LoadColumns, Ops, Value
+from ...loads import FloatArray
+from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
+from ..base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
 from .batch import MOST
 
 PREFIX = "factor:"

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..expressions.ops import Ops, Value
-from ..expressions.periodic import cosine
-from ..loads.contract import QUANTITIES
-from .base import ShapeParameter
+from ...expressions.ops import Ops, Value
+from ...expressions.periodic import cosine
+from ...loads.contract import QUANTITIES
+from ..base import ShapeParameter
 
 #: A load below this share of its largest value counts as that share where its logarithm or power is taken.
 LEAST = 0.01

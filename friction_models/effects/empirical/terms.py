@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from ..common import InputError
-from ..expressions.ops import Ops, Value
-from ..loads import LOAD_NAMES
-from .base import ShapeParameter
-from .empirical_curves import (
+from ...common import InputError
+from ...expressions.ops import Ops, Value
+from ...loads import LOAD_NAMES
+from ..base import ShapeParameter
+from .curves import (
     STRAIGHT,
     Parameters,
     Part,

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, EffectContext, ShapeParameter
+from ...expressions.ops import LoadColumns, Ops, Value
+from ..base import Amplitude, Effect, EffectContext, ShapeParameter
 
 T_REF = 20.0  # degC
 

@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
-from ..loads import LOAD_NAMES, FloatArray
-from ..loads.contract import QUANTITIES
-from .base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
-from .empirical_terms import Term, parse_term
+from ...expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ...loads import LOAD_NAMES, FloatArray
+from ...loads.contract import QUANTITIES
+from ..base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
+from .terms import Term, parse_term
 
 PREFIX = "empirical:"
 #: Share of the tested range beyond it within which a term fades to nothing.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..expressions.ops import LoadColumns, Ops, Value
-from .base import Amplitude, Effect, EffectContext, ShapeParameter
+from ...expressions.ops import LoadColumns, Ops, Value
+from ..base import Amplitude, Effect, EffectContext, ShapeParameter
 
 
 class PressurePower(Effect):
