@@ -13,8 +13,8 @@ from friction_models.common.errors import shown
 from friction_models.common.files import read_json
 from friction_models.loads.contract import with_unit
 
+from ..report.pages.story import Chapter, Measurements, Packed, ProjectStory
 from ..report.reading import read_page
-from ..report.story_page import Chapter, Measurements, Packed, ProjectStory
 from .commands import short
 from .commands.models import diagnosis_files
 from .project import HISTORY, Project, history

@@ -1,4 +1,7 @@
-"""Self-contained HTML reports, one page a subject (see `registry`). They work offline and print well."""
+"""Self-contained HTML reports, one page a subject (see `registry`). They work offline and print well.
+
+`pages` and `study_pages` are made of `sections`, these of `charts`, and all of `parts`; `writing` writes a page, `reading` reads one back.
+"""
 
 from __future__ import annotations
 

@@ -34,22 +34,22 @@ class PageKind(NamedTuple):
 
 #: Folders first, in the order in which they are tried.
 PAGES = {
-    "demo": PageKind("the loop of a demo", "demo_page:demo_page", "demo.json"),
-    "study": PageKind("what a study found", "study_pages:study_page", "manifest.json"),
-    "run": PageKind("a co-simulation", "run_page:run_page", "manifest.json"),
-    "prediction": PageKind("predicted tests", "prediction_page:prediction_page", "prediction.json"),
+    "demo": PageKind("the loop of a demo", "pages.demo:demo_page", "demo.json"),
+    "study": PageKind("what a study found", "study_pages.saved_study:study_page", "manifest.json"),
+    "run": PageKind("a co-simulation", "pages.run:run_page", "manifest.json"),
+    "prediction": PageKind("predicted tests", "pages.prediction:prediction_page", "prediction.json"),
     "forming": PageKind("a forming result", "registry:forming_page", "forming.json"),
-    "diagnosis": PageKind("what a model is missing", "diagnosis_page:diagnosis_page"),
-    "refinement": PageKind("a model before and after", "refinement_page:refinement_page"),
-    "comparison": PageKind("models beside each other", "comparison_page:comparison_page"),
-    "cards": PageKind("friction cards", "card_page:card_page"),
-    "story": PageKind("the story of a project", "story_page:story_page"),
-    "coverage": PageKind("loads that were never tested", "coverage_page:coverage_page"),
-    "attribution": PageKind("causes of a deviation", "attribution_page:attribution_page"),
-    "learning-curve": PageKind("tests needed", "learning_curve_page:learning_curve_page"),
-    "forming-error": PageKind("errors of forces", "forming_error_page:forming_error_page"),
-    "lag": PageKind("what one-step lag costs", "lag_page:lag_page"),
-    "extrapolation": PageKind("friction beyond the tests", "extrapolation_page:extrapolation_page"),
+    "diagnosis": PageKind("what a model is missing", "pages.diagnosis:diagnosis_page"),
+    "refinement": PageKind("a model before and after", "pages.refinement:refinement_page"),
+    "comparison": PageKind("models beside each other", "pages.comparison:comparison_page"),
+    "cards": PageKind("friction cards", "pages.card:card_page"),
+    "story": PageKind("the story of a project", "pages.story:story_page"),
+    "coverage": PageKind("loads that were never tested", "pages.coverage:coverage_page"),
+    "attribution": PageKind("causes of a deviation", "pages.attribution:attribution_page"),
+    "learning-curve": PageKind("tests needed", "study_pages.learning_curve:learning_curve_page"),
+    "forming-error": PageKind("errors of forces", "study_pages.forming_error:forming_error_page"),
+    "lag": PageKind("what one-step lag costs", "study_pages.lag:lag_page"),
+    "extrapolation": PageKind("friction beyond the tests", "study_pages.extrapolation:extrapolation_page"),
 }
 
 

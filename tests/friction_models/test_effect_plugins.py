@@ -13,7 +13,7 @@ from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Shape, load_catalogue, make_effect
 from friction_models.effects.declaration import declaration_fault
-from orchestrator.report.diagnosis_page import diagnosis_page
+from orchestrator.report.pages.diagnosis import diagnosis_page
 
 
 class Squeal(Effect):

@@ -14,7 +14,7 @@ from friction_models import ConstantFriction, LinearFriction, OnnxModel, load_mo
 from friction_models.discovery import compare, refine
 from friction_models.loads import DataSet
 from orchestrator.comparison.on_tests import compare_on_tests
-from orchestrator.report.comparison_page import comparison_page
+from orchestrator.report.pages.comparison import comparison_page
 
 from .made_up import campaign
 

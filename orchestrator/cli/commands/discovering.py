@@ -78,7 +78,7 @@ def diagnose(
         result = search(part.points, part.tests, model=friction, seed=seed, progress=searching)
         write = built_page(None, "diagnosis")
         if report:
-            from ...report.diagnosis_page import confirmed_addition
+            from ...report.pages.diagnosis import confirmed_addition
 
             stages(60, "before and after")
             confirmed = confirmed_addition(friction, part, result.effects)

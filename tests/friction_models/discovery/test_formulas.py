@@ -28,7 +28,7 @@ from friction_models.estimation.search.search_round import search
 from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.families.composed import ComposedFriction
 from friction_models.loads import LOAD_NAMES
-from orchestrator.report.diagnosis_page import diagnosis_page
+from orchestrator.report.pages.diagnosis import diagnosis_page
 from tests.friction_models.estimation_cases import measured
 
 Hidden = Callable[[pd.DataFrame], Any]

@@ -34,7 +34,7 @@ from orchestrator.cli.commands import attributing
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.system import System
 from orchestrator.force_curves.forces import ForceCurve
-from orchestrator.report.attribution_page import attribution_page
+from orchestrator.report.pages.attribution import attribution_page
 
 LEVELS = ((20.0, 5.0), (150.0, 100.0))
 STROKE = 5.0

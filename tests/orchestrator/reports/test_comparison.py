@@ -22,7 +22,7 @@ from orchestrator.comparison.on_press import ForcesComparison
 from orchestrator.comparison.on_tests import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
 from orchestrator.comparison.press_study import FailedRun, PressResults
 from orchestrator.force_curves.forces import ForceCurve, LevelsComparison, compare_force
-from orchestrator.report.comparison_page import comparison_page
+from orchestrator.report.pages.comparison import comparison_page
 
 
 class Law:

@@ -15,7 +15,7 @@ from orchestrator.cosim.run_folders import Run
 from orchestrator.coverage.contact_history import ContactHistory
 from orchestrator.coverage.proposals import Rig, propose_tests
 from orchestrator.coverage.tested_loads import Coverage, coverage
-from orchestrator.report.coverage_page import coverage_page
+from orchestrator.report.pages.coverage import coverage_page
 
 
 def campaign() -> tuple[pd.DataFrame, pd.DataFrame]:

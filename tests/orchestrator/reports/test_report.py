@@ -26,9 +26,9 @@ from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_report
 from orchestrator.report.charts.residuals import binned_residual
-from orchestrator.report.diagnosis_page import confirmed_addition
+from orchestrator.report.pages.diagnosis import confirmed_addition
+from orchestrator.report.pages.refinement import refinement_page
 from orchestrator.report.parts.cards import Change
-from orchestrator.report.refinement_page import refinement_page
 from orchestrator.report.registry import PAGES, page_of
 from tests.friction_models import made_up
 from tests.orchestrator.tiny_fmus import system_content

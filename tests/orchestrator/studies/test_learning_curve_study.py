@@ -16,8 +16,8 @@ from friction_models import DataSet
 from friction_models.common import InputError, write_json
 from orchestrator.jobs.campaign import JobResult
 from orchestrator.report import write_report
-from orchestrator.report.learning_curve_page import learning_curve_page
-from orchestrator.report.study_pages import study_page
+from orchestrator.report.study_pages.learning_curve import learning_curve_page
+from orchestrator.report.study_pages.saved_study import study_page
 from orchestrator.studies.learning_curve.files import write_results
 from orchestrator.studies.learning_curve.jobs import AVERAGE, MEAN, SERIES, Collection
 from orchestrator.studies.learning_curve.result import LearningCurves

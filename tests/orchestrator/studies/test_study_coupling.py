@@ -20,8 +20,8 @@ from orchestrator import Master, Run, System
 from orchestrator.cli.main import run as command
 from orchestrator.comparison.level_runs import Level
 from orchestrator.jobs.campaign import JobResult
-from orchestrator.report.extrapolation_page import extrapolation_page
-from orchestrator.report.lag_page import lag_page
+from orchestrator.report.study_pages.extrapolation import extrapolation_page
+from orchestrator.report.study_pages.lag import lag_page
 from orchestrator.studies import forming_jobs as coupled
 from orchestrator.studies import models
 from orchestrator.studies.contact import Contact, reference_areas

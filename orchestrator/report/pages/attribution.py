@@ -5,9 +5,9 @@ from __future__ import annotations
 from friction_models.common.markup import bullets, paragraph, table
 from friction_models.discovery.answer.wording import p_text
 
-from ..attribution.result import Attribution, Fit
-from .charts.attribution import deviation_chart, fingerprint_chart
-from .parts.page import Page
+from ...attribution.result import Attribution, Fit
+from ..charts.attribution import deviation_chart, fingerprint_chart
+from ..parts.page import Page
 
 #: Causes that are listed.
 _LISTED = 12

@@ -10,9 +10,9 @@ import pandas as pd
 from friction_models.common.markup import paragraph, table
 from friction_models.loads import LOAD_NAMES, QUANTITIES, TriboLoads
 
-from .charts.responses import response_chart
-from .parts.page import Page
-from .parts.theme import looks
+from ..charts.responses import response_chart
+from ..parts.page import Page
+from ..parts.theme import looks
 
 if TYPE_CHECKING:
     from friction_models.cards import Card

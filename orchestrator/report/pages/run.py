@@ -7,9 +7,9 @@ from pathlib import Path
 from friction_models.common import InputError
 from friction_models.common.markup import escape, table
 
-from ..cosim.run_folders import Run
-from .charts.runs import run_force_chart, run_loads_caption, run_loads_chart
-from .parts.page import Page
+from ...cosim.run_folders import Run
+from ..charts.runs import run_force_chart, run_loads_caption, run_loads_chart
+from ..parts.page import Page
 
 
 def run_page(folder: Path) -> str:
@@ -45,7 +45,7 @@ def _fields(run: Run) -> str:
         return ""
     from forming.results.animation import LARGEST, animation
 
-    from ..cosim.run_fields import fields_of
+    from ...cosim.run_fields import fields_of
 
     found = fields_of(run.folder)
     try:

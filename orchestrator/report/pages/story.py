@@ -8,11 +8,11 @@ from typing import Any
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 
-from .charts.rounds import rounds_chart
-from .parts.cards import judged
-from .parts.chart import figure, figure_again
-from .parts.page import Page
-from .reading import ReadFigure, ReadPage
+from ..charts.rounds import rounds_chart
+from ..parts.cards import judged
+from ..parts.chart import figure, figure_again
+from ..parts.page import Page
+from ..reading import ReadFigure, ReadPage
 
 #: Most commands that are listed.
 COMMANDS = 400

@@ -9,17 +9,17 @@ import numpy as np
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 
-from ..jobs.store import JobResult
-from ..studies.learning_curve.jobs import AVERAGE, MEAN, SERIES
-from ..studies.learning_curve.result import APART, Comparison, LearningCurves
-from ..studies.learning_curve.study import COLLECTIONS, LearningCurveStudy
-from ..studies.learning_curve.words import beside_paper, differs, findings, headline
-from ..studies.measurements import data_name, load_measurements
-from .charts.measurements import load_space_chart, series_chart
-from .forming_error_page import figures
-from .parts.chart import Chart, figure
-from .parts.page import VIRTUAL, Page, StudyManifest, footer
-from .parts.theme import CONSTANT, SOFT, looks
+from ...jobs.store import JobResult
+from ...studies.learning_curve.jobs import AVERAGE, MEAN, SERIES
+from ...studies.learning_curve.result import APART, Comparison, LearningCurves
+from ...studies.learning_curve.study import COLLECTIONS, LearningCurveStudy
+from ...studies.learning_curve.words import beside_paper, differs, findings, headline
+from ...studies.measurements import data_name, load_measurements
+from ..charts.measurements import load_space_chart, series_chart
+from ..parts.chart import Chart, figure
+from ..parts.page import VIRTUAL, Page, StudyManifest, footer
+from ..parts.theme import CONSTANT, SOFT, looks
+from .forming_error import figures
 
 #: Errors beyond this multiple of the accuracy are cut off: a polynomial of five tests is off by any amount.
 SHOWN = 2.5

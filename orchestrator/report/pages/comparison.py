@@ -10,17 +10,17 @@ from friction_models.common.markup import bullets, escape, table
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
-from ..comparison.in_one_system import RunsComparison
-from ..comparison.on_press import QUANTITIES, ForcesComparison
-from ..comparison.on_tests import Order, TestsComparison
-from ..force_curves.metrics import LevelSummary
-from .charts.comparison import MOST_TESTS, per_test_chart
-from .charts.measurements import POINTS
-from .charts.responses import CAPTION, response_chart
-from .parts.chart import Chart
-from .parts.page import Page
-from .parts.theme import INK, PRESS, PRESS_BAND, looks
-from .sections.runs import add_runs
+from ...comparison.in_one_system import RunsComparison
+from ...comparison.on_press import QUANTITIES, ForcesComparison
+from ...comparison.on_tests import Order, TestsComparison
+from ...force_curves.metrics import LevelSummary
+from ..charts.comparison import MOST_TESTS, per_test_chart
+from ..charts.measurements import POINTS
+from ..charts.responses import CAPTION, response_chart
+from ..parts.chart import Chart
+from ..parts.page import Page
+from ..parts.theme import INK, PRESS, PRESS_BAND, looks
+from ..sections.runs import add_runs
 
 #: With more pairs only those are listed that cannot be told apart.
 _PAIRS = 10

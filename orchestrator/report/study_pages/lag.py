@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 
-from ..studies.lag.result import LagNumbers, LagRun, Quantity, Reference, groups
-from ..studies.lag.study import Mode
-from ..studies.lag.words import headline
-from .parts.chart import Chart
-from .parts.page import Page, footer
-from .parts.theme import COLORS
+from ...studies.lag.result import LagNumbers, LagRun, Quantity, Reference, groups
+from ...studies.lag.study import Mode
+from ...studies.lag.words import headline
+from ..parts.chart import Chart
+from ..parts.page import Page, footer
+from ..parts.theme import COLORS
 
 #: Colour of each mode.
 _MODES: dict[Mode, str] = {"jacobi": COLORS[1], "gauss_seidel": COLORS[0], "iterated": COLORS[2]}

@@ -11,17 +11,17 @@ from friction_models.common.markup import escape, table
 from friction_models.discovery.answer.figures_data import setpoints_text
 from friction_models.effects import make_effect
 
-from ..studies.forming_error.words import percent
-from .charts.force import force_chart
-from .charts.residuals import residual_chart, worst_tests_chart
-from .charts.responses import CAPTION, response_chart
-from .parts.cards import Change, cards
-from .parts.chart import figure
-from .parts.page import VIRTUAL, Page, footer
-from .parts.theme import STYLES
-from .sections.demo_folder import DemoFolder
-from .sections.evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
-from .sections.prediction import prediction_html
+from ...studies.forming_error.words import percent
+from ..charts.force import force_chart
+from ..charts.residuals import residual_chart, worst_tests_chart
+from ..charts.responses import CAPTION, response_chart
+from ..parts.cards import Change, cards
+from ..parts.chart import figure
+from ..parts.page import VIRTUAL, Page, footer
+from ..parts.theme import STYLES
+from ..sections.demo_folder import DemoFolder
+from ..sections.evidence import budget_html, next_tests_html, ranking_html, remarks_html, verdict_text
+from ..sections.prediction import prediction_html
 
 
 def demo_page(folder: Path) -> str:

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 
-from ..comparison.on_press import QUANTITIES
-from ..jobs.store import JobResult
-from ..studies.forming_error.result import TAU_OVER_K, FormingErrors, held_out
-from ..studies.forming_error.study import FormingErrorStudy
-from ..studies.forming_error.words import beside_paper, differs, findings, headline, percent
-from .charts.forming_error import (
+from ...comparison.on_press import QUANTITIES
+from ...jobs.store import JobResult
+from ...studies.forming_error.result import TAU_OVER_K, FormingErrors, held_out
+from ...studies.forming_error.study import FormingErrorStudy
+from ...studies.forming_error.words import beside_paper, differs, findings, headline, percent
+from ..charts.forming_error import (
     UNITS,
     absolute_bars,
     error_bars,
@@ -21,9 +21,9 @@ from .charts.forming_error import (
     level_map,
     share_bars,
 )
-from .charts.measurements import parity_chart
-from .parts.chart import figure
-from .parts.page import VIRTUAL, Page, StudyManifest, footer
+from ..charts.measurements import parity_chart
+from ..parts.chart import figure
+from ..parts.page import VIRTUAL, Page, StudyManifest, footer
 
 
 def forming_error_page(

@@ -6,12 +6,12 @@ from typing import Literal
 
 from friction_models.common.markup import bullets, escape, paragraph, table
 
-from ..studies.extrapolation.result import ExtrapolationNumbers, ExtrapolationRun
-from ..studies.extrapolation.study import DataKind, Rule
-from ..studies.extrapolation.words import headline
-from .parts.chart import Chart
-from .parts.page import Page, footer
-from .parts.theme import COLORS, looks
+from ...studies.extrapolation.result import ExtrapolationNumbers, ExtrapolationRun
+from ...studies.extrapolation.study import DataKind, Rule
+from ...studies.extrapolation.words import headline
+from ..parts.chart import Chart
+from ..parts.page import Page, footer
+from ..parts.theme import COLORS, looks
 
 _RULES: dict[Rule, str] = {"clamp": COLORS[0], "extrapolate": COLORS[1]}
 _SIDES: dict[Literal["below", "above"], str] = {"below": COLORS[4], "above": COLORS[1]}

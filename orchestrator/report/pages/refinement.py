@@ -9,11 +9,11 @@ import numpy as np
 from friction_models.common.markup import paragraph, table
 from friction_models.loads import DataSet
 
-from .charts.residuals import residual_chart
-from .charts.responses import CAPTION, response_chart
-from .parts.cards import judged
-from .parts.page import Page
-from .parts.theme import STYLES
+from ..charts.residuals import residual_chart
+from ..charts.responses import CAPTION, response_chart
+from ..parts.cards import judged
+from ..parts.page import Page
+from ..parts.theme import STYLES
 
 if TYPE_CHECKING:
     from friction_models import FrictionModel

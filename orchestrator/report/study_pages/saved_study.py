@@ -8,8 +8,8 @@ from typing import cast
 
 from fmus.runtime.errors import of_this_version
 
-from ..studies.saved import SavedStudy
-from .parts.page import StudyManifest
+from ...studies.saved import SavedStudy
+from ..parts.page import StudyManifest
 
 
 def study_page(folder: Path) -> str | None:
@@ -29,33 +29,33 @@ def study_page(folder: Path) -> str | None:
 
 
 def _learning_curve(saved: SavedStudy) -> str:
-    from ..studies.learning_curve.files import read_study
-    from ..studies.learning_curve.result import LearningCurves
-    from .learning_curve_page import learning_curve_page
+    from ...studies.learning_curve.files import read_study
+    from ...studies.learning_curve.result import LearningCurves
+    from .learning_curve import learning_curve_page
 
     study, results = read_study(saved)
     return learning_curve_page(study, LearningCurves.of(study, results), _manifest(saved), results)
 
 
 def _forming_error(saved: SavedStudy) -> str:
-    from ..studies.forming_error.files import read_study
-    from ..studies.forming_error.result import FormingErrors
-    from .forming_error_page import forming_error_page
+    from ...studies.forming_error.files import read_study
+    from ...studies.forming_error.result import FormingErrors
+    from .forming_error import forming_error_page
 
     study, results = read_study(saved)
     return forming_error_page(study, FormingErrors.of(study, results), _manifest(saved), results)
 
 
 def _lag(saved: SavedStudy) -> str:
-    from ..studies.lag.result import LagNumbers
-    from .lag_page import lag_page
+    from ...studies.lag.result import LagNumbers
+    from .lag import lag_page
 
     return lag_page(cast(LagNumbers, saved.numbers()))
 
 
 def _extrapolation(saved: SavedStudy) -> str:
-    from ..studies.extrapolation.result import ExtrapolationNumbers
-    from .extrapolation_page import extrapolation_page
+    from ...studies.extrapolation.result import ExtrapolationNumbers
+    from .extrapolation import extrapolation_page
 
     return extrapolation_page(cast(ExtrapolationNumbers, saved.numbers()))
 

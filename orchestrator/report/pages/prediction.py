@@ -11,11 +11,11 @@ import pandas as pd
 from friction_models.common import InputError
 from friction_models.common.markup import escape, table
 
-from .charts.prediction import prediction_chart
-from .parts.page import Page
+from ..charts.prediction import prediction_chart
+from ..parts.page import Page
 
 if TYPE_CHECKING:
-    from ..prediction.predict_sct import PredictedTest, PredictionNumbers
+    from ...prediction.predict_sct import PredictedTest, PredictionNumbers
 
 #: Tests that the chart shows.
 SHOWN = 3

@@ -5,9 +5,9 @@ from __future__ import annotations
 from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.loads.contract import with_unit
 
-from ..coverage.tested_loads import Coverage
-from .charts.coverage import pairs_chart, shares_chart
-from .parts.page import Page
+from ...coverage.tested_loads import Coverage
+from ..charts.coverage import pairs_chart, shares_chart
+from ..parts.page import Page
 
 
 def coverage_page(coverage: Coverage, label: str) -> str:

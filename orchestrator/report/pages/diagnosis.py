@@ -18,13 +18,13 @@ from friction_models.effects import make_effect
 from friction_models.loads import DataSet, FloatArray
 from friction_models.loads.contract import with_unit
 
-from .charts.diagnosis import effect_chart, map_chart
-from .charts.residuals import residual_chart, worst_tests_chart
-from .charts.terms import term_chart
-from .parts.cards import judged
-from .parts.chart import figure
-from .parts.page import Page
-from .sections.evidence import (
+from ..charts.diagnosis import effect_chart, map_chart
+from ..charts.residuals import residual_chart, worst_tests_chart
+from ..charts.terms import term_chart
+from ..parts.cards import judged
+from ..parts.chart import figure
+from ..parts.page import Page
+from ..sections.evidence import (
     MEANINGS,
     DiagnosisNumbers,
     budget_html,
