@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from friction_models.common.pool import default_jobs
+from friction_models.common.processes.pool import default_jobs
 from sct_twin import SctTwin
 from sct_twin.ingest.campaign_files import ingest
 from sct_twin.virtual_lab import Campaign, load_truth

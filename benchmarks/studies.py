@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import write_json
-from friction_models.common.pool import default_jobs
+from friction_models.common.processes.pool import default_jobs
 
 from .common import Section, Table, section
 

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from friction_models.common.child_processes import python_command
+from friction_models.common.processes.child_processes import python_command
 
 from ..archive.content import read_archive, read_description
 from .report import OUTCOMES, CheckReport, Finding

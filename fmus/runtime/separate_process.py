@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.common.child_processes import safe_start
-from friction_models.common.pool import detached_main, follow_parent, one_thread
+from friction_models.common.processes.child_processes import safe_start
+from friction_models.common.processes.pool import detached_main, follow_parent, one_thread
 
 #: How often a silent process is looked at whether it still lives [s], and how long one may take to end, or be silent in
 #: the middle of an answer [s].

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from friction_models.common import InputError
-from friction_models.common.child_processes import python_command
+from friction_models.common.processes.child_processes import python_command
 
 from .parity import original_mu, session
 from .signature import Signature

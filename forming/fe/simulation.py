@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from friction_models.common.one_blas_thread import one_blas_thread
+from friction_models.common.processes.one_blas_thread import one_blas_thread
 
 from .arrival import cut_at_arrival
 from .body import Body, WorkpieceMaterial

@@ -10,7 +10,7 @@ from typing import Any, TypedDict
 
 from friction_models.common import InputError, check_folder, unknown_name
 from friction_models.common.folders import FORMING
-from friction_models.common.pool import Progress, map_unordered
+from friction_models.common.processes.pool import Progress, map_unordered
 
 from ..materials.materials import MaterialSource
 from ..results.result import FormingResult

@@ -1,4 +1,7 @@
-"""What every package uses: errors, files, folders, locks, units, processes, HTML of pages; imports no other part of the project."""
+"""What every package uses: errors, files, folders, locks, units, HTML of pages; imports no other part of the project.
+
+`processes` holds what starts and limits processes, `imports` what is imported at first use or only where it is installed.
+"""
 
 from .errors import InputError, nearest, shown, unknown_name
 from .files import atomic_folder, atomic_path, check_file, write_json, write_text

@@ -7,7 +7,7 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from . import InputError
+from .errors import InputError
 
 
 def is_number(value: Any) -> TypeGuard[float]:

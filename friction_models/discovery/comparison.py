@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
-from ..common.drawn import Drawn
+from ..common.imports.drawn import Drawn
 from ..common.wording import counted
 from ..estimation.campaign.binning import Campaign, prepare
 from ..loads import FloatArray

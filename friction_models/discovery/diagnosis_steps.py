@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from ..common import InputError
-from ..common.one_blas_thread import one_blas_thread
-from ..common.pool import Progress
-from ..common.stages import Stages
+from ..common.processes.one_blas_thread import one_blas_thread
+from ..common.processes.pool import Progress
+from ..common.processes.stages import Stages
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import Campaign, prepare

@@ -10,8 +10,8 @@ import pandas as pd
 from sklearn.base import clone
 
 from ..common import InputError
-from ..common.one_blas_thread import one_blas_thread
-from ..common.pool import Progress
+from ..common.processes.one_blas_thread import one_blas_thread
+from ..common.processes.pool import Progress
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import prepare

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..common import unknown_name
-from ..common.plugins import offered
+from ..common.imports.plugins import offered
 from ..models.base import FrictionModel
 from .constant import ConstantFriction
 from .ffnn import FeedForwardFriction

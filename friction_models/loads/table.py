@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 
 from ..common.errors import InputError, shown
-from ..common.extras import need
 from ..common.files import atomic_path
+from ..common.imports.extras import need
 from ..common.units import UNITS, conversion, differs, spelling
 from .contract import POINT_UNITS, SETTING_UNITS, UNCERTAINTY_UNITS
 

@@ -15,7 +15,7 @@ import pandas as pd
 from sklearn.base import clone
 
 from ..common import InputError
-from ..common.drawn import Drawn
+from ..common.imports.drawn import Drawn
 from ..common.wording import counted
 from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..common.lazy_names import lazily
+from ..common.imports.lazy_names import lazily
 
 if TYPE_CHECKING:
     from ..loads.splits import hold_out as hold_out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypedDict
 
-from friction_models.common.drawn import Drawn
+from friction_models.common.imports.drawn import Drawn
 from friction_models.discovery.answer.wording import p_text
 from friction_models.loads import FloatArray
 

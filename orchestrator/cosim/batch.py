@@ -15,7 +15,7 @@ from pathlib import Path
 from friction_models.common import check_folder
 from friction_models.common.cached_results import is_kept, keep, path_digest
 from friction_models.common.folders import RUN
-from friction_models.common.pool import map_unordered
+from friction_models.common.processes.pool import map_unordered
 
 from ..jobs.job import Progress
 from ..jobs.keys import ResultKeys

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.common import InputError, atomic_folder, unknown_name, write_json
-from friction_models.common.drawn import Drawn
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
+from friction_models.common.imports.drawn import Drawn
 from friction_models.loads import FloatArray
 
 from ..jobs.versions import versions

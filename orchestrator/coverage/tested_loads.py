@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from friction_models.common.drawn import Drawn
+from friction_models.common.imports.drawn import Drawn
 from friction_models.loads import LOAD_NAMES, FloatArray
 from friction_models.loads.contract import with_unit
 

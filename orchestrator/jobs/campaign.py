@@ -13,7 +13,7 @@ from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError, check_folder, grown, unknown_name, write_json
 from friction_models.common.cached_results import digest, path_digest
 from friction_models.common.folders import STUDY
-from friction_models.common.pool import process_count
+from friction_models.common.processes.pool import process_count
 
 from .estimate import DryRun, TimeEstimate
 from .executors import Cluster, Executor, ProcessExecutor

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from friction_models.common import InputError
-from friction_models.common.pool import Workers
+from friction_models.common.processes.pool import Workers
 
 from .work import JobCall, execute
 

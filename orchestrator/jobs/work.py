@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError
-from friction_models.common.pool import one_thread
+from friction_models.common.processes.pool import one_thread
 
 from .job import Job
 from .keys import Stamp, stamp

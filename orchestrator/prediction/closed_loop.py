@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from fmus.runtime.friction_names import FrictionNames
-from friction_models.common.pool import map_unordered
+from friction_models.common.processes.pool import map_unordered
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads
 
 from ..cosim.run_folders import Run

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, atomic_path, write_text
-from friction_models.common.extras import need
+from friction_models.common.imports.extras import need
 
 #: Browsers that print a page without a window, in the order in which they are looked for.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "microsoft-edge", "msedge")

@@ -10,7 +10,7 @@ import pandas as pd
 
 from friction_models.common import InputError, atomic_folder
 from friction_models.common.folders import CAMPAIGN
-from friction_models.common.pool import Progress
+from friction_models.common.processes.pool import Progress
 from friction_models.common.wording import counted
 
 from ..records.record import SctRecord, write_csv

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.common.pool import Progress
+from friction_models.common.processes.pool import Progress
 from friction_models.common.units import conversion
 from friction_models.common.wording import counted
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS

@@ -13,7 +13,7 @@ import pandas as pd
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
-from friction_models.common.pool import Progress
+from friction_models.common.processes.pool import Progress
 from friction_models.common.units import conversion
 from friction_models.common.wording import counted
 from friction_models.loads import LOAD_NAMES, DataSet, missing_column

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.common.pool import Progress
+from friction_models.common.processes.pool import Progress
 
 from ..records.channels import CHANNELS
 from .channel_guess import draft

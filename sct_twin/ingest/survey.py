@@ -13,7 +13,7 @@ import pandas as pd
 
 from friction_models.common import InputError, nearest, shown
 from friction_models.common.files import read_json
-from friction_models.common.pool import Progress
+from friction_models.common.processes.pool import Progress
 from friction_models.loads.dataset import says_synthetic
 
 from ..readers import RawTable, read_file

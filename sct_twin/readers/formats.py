@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 from friction_models.common import InputError
-from friction_models.common.extras import need
+from friction_models.common.imports.extras import need
 
 from .catman import looks_like_catman
 from .table import RawTable, check_file

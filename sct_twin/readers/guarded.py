@@ -22,7 +22,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
-from friction_models.common.child_processes import python_command
+from friction_models.common.processes.child_processes import python_command
 
 from .table import RawTable
 

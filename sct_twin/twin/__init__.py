@@ -1,5 +1,5 @@
 """The digital twin of the test: upsetting, heat of sliding, and the loads that follow from them."""
 
-from friction_models.common.extras import need
+from friction_models.common.imports.extras import need
 
 need("numba", "solvers", "the digital twin")

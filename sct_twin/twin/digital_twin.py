@@ -14,7 +14,7 @@ import pandas as pd
 from friction_models.common import InputError, check_folder, grown
 from friction_models.common.cached_results import fingerprint
 from friction_models.common.folders import TWIN
-from friction_models.common.pool import Progress, map_unordered
+from friction_models.common.processes.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign
 from . import error_study

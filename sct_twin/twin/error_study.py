@@ -11,7 +11,7 @@ import pandas as pd
 
 from forming.materials.materials import as_material
 from friction_models.common import InputError
-from friction_models.common.pool import Progress, map_unordered
+from friction_models.common.processes.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign
 from .evaluation import TwinSettings, evaluate_file

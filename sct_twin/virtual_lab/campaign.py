@@ -18,7 +18,7 @@ from friction_models.common import InputError, atomic_folder, atomic_path, check
 from friction_models.common.cached_results import fingerprint
 from friction_models.common.folders import CAMPAIGN, UNFINISHED
 from friction_models.common.locks import locked
-from friction_models.common.pool import Progress, map_unordered
+from friction_models.common.processes.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign, write_tables
 from .experiment import Specimen, contact_reading, run_test

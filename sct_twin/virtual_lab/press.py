@@ -20,7 +20,7 @@ from forming.press import PressCurves, PressLevel
 from forming.processes.backward_cup_extrusion import BackwardCupExtrusion
 from forming.processes.forward_rod_extrusion import ForwardRodExtrusion
 from friction_models.common import InputError, unknown_name
-from friction_models.common.pool import Progress, map_unordered
+from friction_models.common.processes.pool import Progress, map_unordered
 from friction_models.loads import FloatArray
 
 from ..ingest.raw_campaign import RawCampaign

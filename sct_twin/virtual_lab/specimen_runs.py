@@ -13,7 +13,7 @@ import numpy as np
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError, atomic_path
 from friction_models.common.cached_results import cache_folder, code_digest, fingerprint, is_kept, keep
-from friction_models.common.pool import map_unordered
+from friction_models.common.processes.pool import map_unordered
 
 from .contact.specimen_run import SpecimenRun, Upsetting, upset_specimen
 from .plans import SIGMA_LEVELS

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from friction_models import ConstantFriction
-from friction_models.common import plugins
+from friction_models.common.imports import plugins
 from friction_models.families.registry import FAMILIES, load_families
 
 

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from friction_models.common import InputError
-from friction_models.common.extras import need
+from friction_models.common.imports.extras import need
 
 from ..wheel_alone import HEAVY, PACKAGES
 

@@ -7,7 +7,7 @@ from typing import NotRequired, TypedDict
 
 import pandas as pd
 
-from ...common.drawn import Drawn
+from ...common.imports.drawn import Drawn
 from ...common.json_values import plain
 from ...effects.base import Effect
 from ...estimation.noise.noise_floor import NoiseFloorNumbers

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import IO
 
-from friction_models.common.child_processes import python_command
 from friction_models.common.errors import shown
+from friction_models.common.processes.child_processes import python_command
 
 from ..commands import Command, command_of
 from ..project import HISTORY, WORK, Project, history

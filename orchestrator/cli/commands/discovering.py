@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from friction_models.common import InputError
-from friction_models.common.stages import Stages
+from friction_models.common.processes.stages import Stages
 
 from ..common.console import built_page, keeping, progress, say, write_result
 from ..common.files_named import Commands, Reads, Writes

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from friction_models.common import InputError, nearest
-from friction_models.common.child_processes import environment
+from friction_models.common.processes.child_processes import environment
 
 from .console import note
 from .files_named import Reads, Writes

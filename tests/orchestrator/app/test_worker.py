@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from friction_models.common.child_processes import python_command
+from friction_models.common.processes.child_processes import python_command
 from orchestrator.app.commands import Command
 from orchestrator.app.project import HISTORY, WORK, Project, history
 from orchestrator.app.work.worker import (

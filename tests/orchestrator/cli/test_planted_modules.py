@@ -141,7 +141,7 @@ def test_a_script_and_its_modules_run_in_processes(tmp_path: Path, words: list[s
     (tmp_path / "script.py").write_text(
         "import pickle, multiprocessing, concurrent.futures\n"
         "import own\n"
-        "from friction_models.common.pool import map_unordered\n"
+        "from friction_models.common.processes.pool import map_unordered\n"
         "print(sorted(r for _, r in map_unordered(own.twice, [(1,), (2,)], 2)))\n"
     )
     if words[0] == "-P":  # the script is not started in its folder, which is in the path behind Python's own

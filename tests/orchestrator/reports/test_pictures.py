@@ -8,7 +8,8 @@ import plotly.graph_objects as go
 import pytest
 
 from friction_models import ConstantFriction, LinearFriction
-from friction_models.common import InputError, drawn
+from friction_models.common import InputError
+from friction_models.common.imports import drawn
 from friction_models.discovery import Diagnosis, compare, diagnose, refine
 from orchestrator.report.pictures import PICTURES
 

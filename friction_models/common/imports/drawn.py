@@ -5,9 +5,9 @@ from __future__ import annotations
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING
 
-from .errors import InputError
+from ..errors import InputError
+from ..markup import escape
 from .extras import need
-from .markup import escape
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

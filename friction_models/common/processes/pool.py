@@ -14,7 +14,7 @@ from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 
-from . import InputError
+from ..errors import InputError
 from .child_processes import environment, safe_start
 
 Result = TypeVar("Result")
