@@ -5,7 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from forming.materials.materials import material_from_dict
-from sct_twin.twin.contact_temperature import ContactTemperature, SlidingContact, ThermalBody, ThermalSettings
+from sct_twin.twin.heat.contact_temperature import (
+    ContactTemperature,
+    SlidingContact,
+    ThermalBody,
+    ThermalSettings,
+)
 from sct_twin.twin.process import ProcessSnapshot, SctProcess
 from sct_twin.twin.upsetting import ContactState
 

@@ -1,4 +1,4 @@
-"""The digital twin of the test: upsetting, heat of sliding, and the loads that follow from them."""
+"""The digital twin of the test: upsetting, heat of sliding (`heat`), and the loads that follow from them."""
 
 from friction_models.common.imports.extras import need
 

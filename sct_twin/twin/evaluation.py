@@ -19,9 +19,9 @@ from ..signals.filters import smooth
 from ..signals.sliding_phase import TestSignals, process, resample
 from .contact_diameter import measured_diameter
 from .contact_reading import ContactReading
-from .sliding import TemperatureHistory, rest, slide
+from .heat.sliding import TemperatureHistory, rest, slide
+from .heat.thermal_settings import ThermalBody, ThermalSettings
 from .test_result import TestResult
-from .thermal_settings import ThermalBody, ThermalSettings
 from .uncertainty import GivenUncertainty, load_uncertainties
 from .upsetting import ContactState, geometry, shear_share
 

@@ -12,8 +12,8 @@ from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES
 
-from .contact_temperature import SlidingContact, ThermalBody, ThermalSettings
-from .sliding import rest
+from .heat.contact_temperature import SlidingContact, ThermalBody, ThermalSettings
+from .heat.sliding import rest
 from .upsetting import WOBBLE, ContactState, UpsettingCase, UpsettingRun, known_upset, run_force
 
 #: Least normal force that makes a contact [N].

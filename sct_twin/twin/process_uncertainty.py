@@ -9,8 +9,8 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
+from .heat.thermal_settings import ThermalSettings
 from .process import LOADED, SctProcess
-from .thermal_settings import ThermalSettings
 from .uncertainty import (
     COARSE,
     AreaAndPsi,

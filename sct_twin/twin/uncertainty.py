@@ -13,7 +13,7 @@ from forming.fe.heat.properties import scaled
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from .thermal_settings import ThermalBody, ThermalSettings
+from .heat.thermal_settings import ThermalBody, ThermalSettings
 from .upsetting import FILLED, ContactState, UpsettingRun
 
 #: Contact area [mm2] and mean surface expansion at every point, both of shape (n,).

@@ -16,9 +16,9 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from ..records.record import SctRecord
-from .contact_temperature import SlidingContact, ThermalSettings
-from .sliding import rest
-from .upsetting_heat import heat_of_upsetting
+from .heat.contact_temperature import SlidingContact, ThermalSettings
+from .heat.sliding import rest
+from .heat.upsetting_heat import heat_of_upsetting
 
 #: Punch speed [mm/s] where nothing else is measured.
 SPEED = 10.0

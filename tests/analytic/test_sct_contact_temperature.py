@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sct_twin.twin import verification
-from sct_twin.twin.contact_temperature import SlidingContact, ThermalBody, ThermalSettings
-from sct_twin.twin.sliding import rests, slide
+from sct_twin.twin.heat import verification
+from sct_twin.twin.heat.contact_temperature import SlidingContact, ThermalBody, ThermalSettings
+from sct_twin.twin.heat.sliding import rests, slide
 
 
 @pytest.mark.parametrize(("speed", "published"), [(5, 24.85), (50, 75.6), (200, 150.3), (500, 237.4)])

@@ -12,10 +12,11 @@ from forming import PowerLaw, PunchGeometry
 from forming.fe.contact import PRESSURE
 from forming.fe.simulation import Simulation
 from forming.processes import plate_contact, specimen_upsetting
-from sct_twin.twin import contact_temperature, upsetting
-from sct_twin.twin.thermal_settings import ThermalSettings
+from sct_twin.twin import upsetting
+from sct_twin.twin.heat import contact_temperature
+from sct_twin.twin.heat.thermal_settings import ThermalSettings
+from sct_twin.twin.heat.upsetting_heat import UpsettingHeat
 from sct_twin.twin.upsetting import ContactState, UpsettingCase, UpsettingRun, robust_upset
-from sct_twin.twin.upsetting_heat import UpsettingHeat
 from sct_twin.virtual_lab.contact.contact_state import LabContact, contact_under
 from sct_twin.virtual_lab.contact.specimen_run import FRACTION, Upsetting, upset_specimen
 from sct_twin.virtual_lab.heat.bodies import HeatBody, LabHeat

@@ -12,8 +12,8 @@ from fmus.slaves.twin_solver import TwinSolver
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES
 from sct_twin import RawCampaign, SctProcess, TwinResult
+from sct_twin.twin.heat.thermal_settings import ThermalBody, ThermalSettings
 from sct_twin.twin.process_uncertainty import process_uncertainties
-from sct_twin.twin.thermal_settings import ThermalBody, ThermalSettings
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from sct_twin.ingest.campaign_files import ingest
 from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.ingest.quality import quality_row
 from sct_twin.readers import guarded, read_file
-from sct_twin.twin.contact_temperature import ThermalSettings
+from sct_twin.twin.heat.contact_temperature import ThermalSettings
 from sct_twin.virtual_lab import (
     FORMATS,
     LUBRICANTS,

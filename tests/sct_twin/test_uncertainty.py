@@ -17,8 +17,8 @@ from friction_models.common import InputError
 from friction_models.loads import DataSet
 from sct_twin import SctRecord, SctTwin
 from sct_twin.twin import error_study
-from sct_twin.twin.contact_temperature import SlidingContact
-from sct_twin.twin.thermal_settings import ThermalBody, ThermalSettings
+from sct_twin.twin.heat.contact_temperature import SlidingContact
+from sct_twin.twin.heat.thermal_settings import ThermalBody, ThermalSettings
 from sct_twin.twin.uncertainty import GivenUncertainty
 
 Maker = Callable[..., SctRecord]

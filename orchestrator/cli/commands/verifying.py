@@ -62,7 +62,7 @@ def chosen(names: list[str], fast: bool) -> list[Case]:
         A name that no case has.
     """
     from forming.verification import CASES as FORMING
-    from sct_twin.twin.verification import CASES as TWIN
+    from sct_twin.twin.heat.verification import CASES as TWIN
 
     cases = [*FORMING, *TWIN]
     for name in names:

@@ -15,7 +15,7 @@ import numpy as np
 from forming.materials.materials import HenselSpittel, steel_16MnCr5
 from friction_models.loads import FloatArray
 
-from ...twin.thermal_settings import ThermalSettings
+from ...twin.heat.thermal_settings import ThermalSettings
 from ..contact.contact_state import LabContact, contact_under
 from ..contact.specimen_run import SpecimenRun
 from ..heat.bodies import LabHeat

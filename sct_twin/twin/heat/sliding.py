@@ -8,7 +8,7 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ..signals.filters import integral
+from ...signals.filters import integral
 from .contact_temperature import SlidingContact
 
 
