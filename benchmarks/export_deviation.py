@@ -29,7 +29,7 @@ MODELS = (
 
 def main() -> None:
     """Print the table as markdown: largest deviation of mu at 10 000 points of the domain, and the largest mu there."""
-    from fmus.exports.deviation import domain_points
+    from fmus.exports.numbers.deviation import domain_points
     from tests.fmus.catalogue import content_of
 
     print("| model | mu | " + " | ".join(f"`{h}`" for h in HOSTS) + " |\n|" + "---|" * (2 + len(HOSTS)))

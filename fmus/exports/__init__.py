@@ -12,6 +12,8 @@
 ``calculix``  the one coefficient that CalculiX takes, with the error that remains
 ``table``   mu over a grid of loads, with its measured interpolation error
 ==========  ==============================================================================
+
+`subroutines` holds the hosts that take code, `numbers` those that take a table or coefficients; both use the modules beside them.
 """
 
 from __future__ import annotations
@@ -55,7 +57,7 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
         One of `TARGETS`; see the module.
     **options
         `name` (all targets but ``table``): first part of the C names, from the model's name by default.
-        For ``table`` see `fmus.exports.table_target.table_files`.
+        For ``table`` see `fmus.exports.numbers.table_target.table_files`.
 
     Returns
     -------
@@ -99,22 +101,22 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
 def _other(target: str) -> tuple[Callable[..., Files], tuple[str, ...]]:
     """Return what makes the files of one of `OTHER_TARGETS`, and the options it takes."""
     if target == "qform":
-        from .qform_target import OPTIONS as qform_options
-        from .qform_target import qform_files
+        from .subroutines.qform_target import OPTIONS as qform_options
+        from .subroutines.qform_target import qform_files
 
         return qform_files, qform_options
     if target == "abaqus":
-        from .abaqus_target import OPTIONS as abaqus_options
-        from .abaqus_target import abaqus_files
+        from .numbers.abaqus_target import OPTIONS as abaqus_options
+        from .numbers.abaqus_target import abaqus_files
 
         return abaqus_files, abaqus_options
     if target == "table":
-        from .table_target import OPTIONS as table_options
-        from .table_target import table_files
+        from .numbers.table_target import OPTIONS as table_options
+        from .numbers.table_target import table_files
 
         return table_files, table_options
-    from .fitted_target import OPTIONS as fitted_options
-    from .fitted_target import calculix_files, radioss_files
+    from .numbers.fitted_target import OPTIONS as fitted_options
+    from .numbers.fitted_target import calculix_files, radioss_files
 
     return radioss_files if target == "radioss" else calculix_files, fitted_options[target]
 
@@ -151,12 +153,12 @@ def subroutine_files(
     >>> sorted(set(subroutine_files(source, "vfric", "law")) - shared)
     ['selftest/selftest.f90', 'selftest/selftest.txt', 'selftest/vaba_param.inc', 'vfric.f']
     """
-    from .c_target import c_files, c_sources, c_values
     from .common import c_prefix, documents, template
-    from .deform_target import deform_files
-    from .lsdyna_target import lsdyna_files
-    from .ufric_target import ufric_files
-    from .vfric_target import vfric_files
+    from .subroutines.c_target import c_files, c_sources, c_values
+    from .subroutines.deform_target import deform_files
+    from .subroutines.lsdyna_target import lsdyna_files
+    from .subroutines.ufric_target import ufric_files
+    from .subroutines.vfric_target import vfric_files
 
     prefix = c_prefix(source, name)
     values = c_values(source, prefix)

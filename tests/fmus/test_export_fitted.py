@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fmus.exports import export
-from fmus.exports.deviation import POINTS, domain_points
+from fmus.exports.numbers.deviation import POINTS, domain_points
 from fmus.runtime.running import RunningFmu
 from friction_models.common import InputError
 from tests.fmus.exported import fmu_at, made

@@ -12,7 +12,7 @@ import pytest
 from fmus.exports import export
 from fmus.exports.common import Reference
 from fmus.exports.host_units import HostUnits
-from fmus.exports.lua import lua_functions
+from fmus.exports.subroutines.lua import lua_functions
 from fmus.interface.friction_source import parse_source
 from friction_models.common import InputError
 from tests.fmus.catalogue import content_of

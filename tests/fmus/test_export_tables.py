@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmus.exports import export
-from fmus.exports.table_target import tabulate
+from fmus.exports.numbers.table_target import tabulate
 from fmus.runtime.running import RunningFmu
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, LOADS

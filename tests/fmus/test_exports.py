@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fmus.exports import TARGETS, export
-from fmus.exports.table_target import tabulate
+from fmus.exports.numbers.table_target import tabulate
 from fmus.runtime.running import RunningFmu
 from fmus.source.reading import read_source
 from friction_models.common import InputError

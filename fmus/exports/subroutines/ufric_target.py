@@ -11,8 +11,8 @@ import numpy as np
 
 from friction_models.loads import LOAD_NAMES
 
-from ..interface.friction_source import FrictionSource
-from .common import Files, Reference, one_line, template, test_box
+from ...interface.friction_source import FrictionSource
+from ..common import Files, Reference, one_line, template, test_box
 
 
 def fortran_number(value: float) -> str:

@@ -18,11 +18,11 @@ import numpy as np
 
 from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 
-from ..interface.friction_source import FrictionSource
-from . import options
-from .common import Files, Reference, c_prefix, description, documents, template, test_box
+from ...interface.friction_source import FrictionSource
+from .. import options
+from ..common import Files, Reference, c_prefix, description, documents, template, test_box
+from ..host_units import HostUnits, host_units
 from .deviation import Deviation, deviation, domain_points, with_unit
-from .host_units import HostUnits, host_units
 
 OPTIONS = {
     "radioss": ("name", "units", "fixed"),

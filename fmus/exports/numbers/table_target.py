@@ -18,10 +18,10 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 
-from ..interface.friction_source import FrictionSource
-from ..interface.quantities import USUAL
-from . import options
-from .common import Reference, description, documents, template
+from ...interface.friction_source import FrictionSource
+from ...interface.quantities import USUAL
+from .. import options
+from ..common import Reference, description, documents, template
 from .grid import Grid
 
 OPTIONS = ("axes", "points", "limits", "fixed", "system", "tolerance", "max_rows", "start_memory")

@@ -14,11 +14,11 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from ..interface.friction_source import FrictionSource
-from . import options
-from .common import Files, c_prefix, description, documents, template
+from ...interface.friction_source import FrictionSource
+from .. import options
+from ..common import Files, c_prefix, description, documents, template
+from ..host_units import HostUnits, host_units
 from .deviation import deviation
-from .host_units import HostUnits, host_units
 from .table_target import FrictionTable, tabulate
 
 OPTIONS = (
@@ -98,7 +98,7 @@ def abaqus_files(
     units, temperature : str
         Units of the job, see `fmus.exports.host_units.host_units`.
     **given
-        Options of `fmus.exports.table_target.tabulate`; `max_rows` is 5000 by default.
+        Options of `fmus.exports.numbers.table_target.tabulate`; `max_rows` is 5000 by default.
 
     Raises
     ------

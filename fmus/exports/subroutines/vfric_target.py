@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..interface.friction_source import FrictionSource
-from .common import Files, Reference, template, test_box
+from ...interface.friction_source import FrictionSource
+from ..common import Files, Reference, template, test_box
 from .ufric_target import depends_on, fortran_number
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from friction_models.common import InputError
 
-from ..interface.friction_source import FrictionSource
-from .common import Files, Reference, template, test_box
-from .host_units import HostUnits, host_units
+from ...interface.friction_source import FrictionSource
+from ..common import Files, Reference, template, test_box
+from ..host_units import HostUnits, host_units
 from .ufric_target import depends_on, fortran_number
 
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from friction_models.loads import LOADS, FloatArray
 
-from ..interface.friction_source import FrictionSource
-from ..native.generate import generate
-from .common import Files, Trial, description, one_line, template, trial
+from ...interface.friction_source import FrictionSource
+from ...native.generate import generate
+from ..common import Files, Trial, description, one_line, template, trial
 
 #: Agreement of a compiled export with ONNX Runtime, relative and absolute.
 RELATIVE, ABSOLUTE = 1e-12, 1e-14
@@ -114,7 +114,7 @@ def c_sources(source: FrictionSource, prefix: str) -> dict[str, str]:
         The graph holds something that is not translated.
     """
     values = c_values(source, prefix)
-    rules = (Path(__file__).parents[1] / "native" / "domain.h").read_text(encoding="utf-8")
+    rules = (Path(__file__).parents[2] / "native" / "domain.h").read_text(encoding="utf-8")
     values |= {"MODEL": generate(source, source.interface(1)), "RULES": rules}
     return {
         f"{prefix}.h": template("friction.h", values),

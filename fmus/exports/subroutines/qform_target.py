@@ -13,10 +13,10 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import LOADS
 
-from ..interface.friction_source import FrictionSource
-from . import options
-from .common import Files, Reference, description, documents, domain_limits, one_line, template, test_box
-from .host_units import HostUnits, host_units
+from ...interface.friction_source import FrictionSource
+from .. import options
+from ..common import Files, Reference, description, documents, domain_limits, one_line, template, test_box
+from ..host_units import HostUnits, host_units
 from .lua import lua_functions, lua_list, lua_number
 from .ufric_target import depends_on
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from friction_models.loads import LOAD_NAMES, QUANTITIES, FloatArray
 
-from ..interface.friction_source import FrictionSource
-from .common import Reference, test_box
+from ...interface.friction_source import FrictionSource
+from ..common import Reference, test_box
 
 POINTS = 10_000
 #: Steps in which the memory of a point is brought to its sliding distance.

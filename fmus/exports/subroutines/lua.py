@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from ..interface.friction_source import FrictionSource
-from ..native import ops
-from ..native.graph import read_graph
-from ..native.tensors import Graph, Step, Tensor, constant_of, refuse, rules_of
+from ...interface.friction_source import FrictionSource
+from ...native import ops
+from ...native.graph import read_graph
+from ...native.tensors import Graph, Step, Tensor, constant_of, refuse, rules_of
 
 #: Names of the graph's inputs in Lua.
 _INPUTS = {"loads": "L", "state": "S", "system": "P", "dt": "D"}

@@ -10,9 +10,9 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ..interface.friction_source import FrictionSource
-from .common import Files, Reference, template, test_box
-from .host_units import HostUnits, host_units
+from ...interface.friction_source import FrictionSource
+from ..common import Files, Reference, template, test_box
+from ..host_units import HostUnits, host_units
 from .ufric_target import depends_on, fortran_number, system_lines
 
 #: Numbers that a node keeps besides the memory of the model.
