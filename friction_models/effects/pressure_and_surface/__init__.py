@@ -1,1 +1,1 @@
-"""Effects of contact pressure and surface expansion: real contact area, thinning film. They see `base`, `expressions` and `loads`."""
+"""Effects of contact pressure and surface expansion: real contact area, thinning film. They see `base` and `expressions`."""

@@ -1,1 +1,1 @@
-"""Effects of the contact temperature, also through pressure or flash heating. They see `base`, `expressions` and `loads`."""
+"""Effects of the contact temperature, also through pressure or flash heating. They see `base` and `expressions`."""
