@@ -19,6 +19,7 @@ from ...estimation.campaign.binning import Campaign
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import OPS, integrate, load_columns
 from ...estimation.search.form_error import FORM_ERROR
+from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit, drops
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES, FloatArray
@@ -104,6 +105,9 @@ class Hypotheses:
         self._white_base = found.whiten(self.terms(campaign.average(array)))
         self._white_y = found.whiten(found.y)
         self._new: dict[tuple[int, int], FloatArray] = {}
+        # Where existing tests do not follow the formulas to the noise, new ones will not either.
+        doubts = [rivalry(campaign, found, fits[:1], [f]).overdispersion for f in fits[1:]]
+        self.overdispersion = float(np.average(doubts, weights=prior[1:-1])) if doubts else 1.0
         self.possible = [self._of_effect(f) for f in self.fits] + [self._of_none()]
 
     def terms(self, loads: FloatArray, degree: int | None = None) -> FloatArray:
@@ -213,7 +217,9 @@ class Hypotheses:
         owner, share, means, covariances = [], [], [], []
         scatter = np.zeros((PARTS * len(tests),) * 2)
         for k, test in enumerate(tests):
-            scatter[k * PARTS : (k + 1) * PARTS, k * PARTS : (k + 1) * PARTS] = noise * self._scatter(test)
+            scatter[k * PARTS : (k + 1) * PARTS, k * PARTS : (k + 1) * PARTS] = (
+                noise * self.overdispersion * self._scatter(test)
+            )
         for h, (fit, sets) in enumerate(zip(fits, self.possible, strict=True)):
             base_and_bends = [
                 (

@@ -12,6 +12,7 @@ from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.reference import Reference
 from ...estimation.noise.repeats import Repeats, repeats_of
+from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace, places_of
@@ -46,8 +47,8 @@ TRIED = 3
 CERTAIN = 2.0
 #: Share of the gain of the first effect below which another one is no rival.
 WORTH = 0.25
-#: A rival of at least this share of the gain of the first effect stays where the tests do not agree by so many standard errors
-#: that the first follows them better (Vuong, Econometrica 57 (1989) 307): laws of others may differ from test to test.
+#: A rival of at least this share of the gain of the first effect stays where the tests do not prefer the first by so many
+#: standard errors, formulas being as wrong as the leads of single tests show.
 AS_LIKELY, AGREED = 0.5, 1.0
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
@@ -225,7 +226,7 @@ class Confirm:
         """
         first, *others = kept
         names = {f.name for f in kept}
-        own, likelihood = self.straight.errors(kept).total, self.straight.squares(kept)
+        own = self.straight.errors(kept).total
         tried = [
             f
             for f in self.found.ranking
@@ -239,7 +240,7 @@ class Confirm:
             )
             if as_good or (
                 f.gain > AS_LIKELY * first.gain
-                and lead(self.straight.squares(instead), likelihood)[1] < AGREED
+                and rivalry(self.campaign, self.found, kept, instead).certainty < AGREED
             ):
                 told.append(f.name)
         for named in others:

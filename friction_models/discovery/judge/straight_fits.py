@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...estimation.campaign.binning import Campaign
-from ...estimation.search.scan import Fit, Projector
+from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray
 from .unseen_tests import ErrorsByTest, Mask, UnseenTests, errors_of_tests
@@ -24,7 +24,7 @@ class StraightFits:
     unseen : UnseenTests
         Gives the folds.
     found : SearchRound
-        Gives the base in the bins and the noise.
+        Gives the base in the bins.
     """
 
     campaign: Campaign
@@ -44,11 +44,6 @@ class StraightFits:
         y, columns = self.found.y, self._columns(fits)
         root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
         return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
-
-    def squares(self, fits: Sequence[Fit]) -> FloatArray:
-        """Return the squared residual in units of the noise, summed over each test, shape (tests,)."""
-        left = Projector(self.found.whiten(self._columns(fits)))(self.found.whiten(self.found.y))
-        return np.asarray(np.bincount(self.campaign.test, left**2), dtype=float)
 
     def _columns(self, fits: Sequence[Fit]) -> FloatArray:
         return np.column_stack([self.found.columns, *(f.binned for f in fits)])
