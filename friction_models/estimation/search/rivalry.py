@@ -69,7 +69,7 @@ def rivalry(campaign: Campaign, found: SearchRound, some: Sequence[Fit], others:
         for fits in (some, others)
     )
     lead, expected = (
-        np.bincount(campaign.test, values, len(campaign.tests))
+        np.asarray(np.bincount(campaign.test, values, len(campaign.tests)), dtype=float)
         for values in (second**2 - first**2, (second - first) ** 2)
     )
     return Rivalry(lead, expected)
