@@ -14,6 +14,13 @@ from .filters import CORNER_HZ, integral, noise_of, running_mean, smooth
 SPEED_NOISE = 0.005
 #: A plate stands while it moves less than this in 0.05 s [mm].
 STANDING = 0.05
+#: So many samples at the beginning show the plate at rest, or a fiftieth of a shorter record: of a long one, with a minute of
+#: hold, a fiftieth may reach into the sliding.
+AT_REST = 100
+
+
+def _at_rest(record: FloatArray) -> slice:
+    return slice(0, max(5, min(len(record) // 50, AT_REST)))
 
 
 class Motion:
@@ -36,8 +43,7 @@ class Motion:
         self.measured = s is not None
         if s is None:
             assert v is not None
-            rest = max(5, len(v) // 50)
-            s = integral(v - float(np.median(v[:rest])), dt)
+            s = integral(v - float(np.median(v[_at_rest(v)])), dt)
         self.s = s
 
     def first(self) -> int:
@@ -52,13 +58,13 @@ class Motion:
                 f"{self.where}: {what} moves by {travel:g} mm; allowed: at least 0.5 mm of sliding"
             )
         if not self.measured and self.v is not None:
-            rest = self.v[: max(5, len(self.v) // 50)]
+            rest = self.v[_at_rest(self.v)]
             noise = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
             mean = np.abs(running_mean(self.v - float(np.median(rest)), 5))
             away = mean > max(0.02 * float(mean.max()), 5.0 * noise)
         else:
             steady = median_filter(self.s, 5, mode="nearest")
-            origin = float(np.median(steady[: max(5, len(steady) // 50)]))
+            origin = float(np.median(steady[_at_rest(steady)]))
             away = np.abs(steady - origin) > max(0.02, 0.001 * travel, 6.0 * noise_of(self.s))
         if not away.any() or away[0]:
             raise InputError(

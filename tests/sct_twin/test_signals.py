@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 from friction_models.common import InputError
 from sct_twin import SctRecord
 from sct_twin.signals.filters import integral, running_mean, spike_rows
+from sct_twin.signals.motion import Motion
 from sct_twin.signals.sliding_phase import process, resample
 from sct_twin.signals.sliding_series import Bins
 
@@ -298,3 +299,16 @@ def test_the_running_mean_is_that_of_a_convolution() -> None:
     for width in (1, 5, 10, 51):
         expected = np.convolve(values, np.full(width, 1.0 / width), mode="same")
         assert running_mean(values, width) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("channel", ["s", "v"])
+def test_a_long_hold_after_a_short_upsetting_does_not_hide_the_start(channel: str) -> None:
+    # 0.4 s at rest, 0.2 s of sliding at 50 mm/s, 60 s of hold, 0.2 s of sliding: a fiftieth of the record ends in the hold.
+    dt = 0.002
+    v = 50.0 * np.r_[np.zeros(200), np.ones(100), np.zeros(30_000), np.ones(100), np.zeros(50)]
+    rng = np.random.default_rng(0)
+    if channel == "s":
+        motion = Motion(np.cumsum(v) * dt + 1e-3 * rng.standard_normal(len(v)), None, None, dt, "record")
+    else:
+        motion = Motion(None, v + 0.1 * rng.standard_normal(len(v)), None, dt, "record")
+    assert motion.first() == pytest.approx(200, abs=4)
