@@ -49,7 +49,7 @@ CERTAIN = 2.0
 WORTH = 0.25
 #: A rival of at least this share of the gain of the first effect stays where the tests do not prefer the first by so many
 #: standard errors, formulas being as wrong as the leads of single tests show.
-AS_LIKELY, AGREED = 0.5, 0.25
+AS_LIKELY, AGREED = 0.5, 0.5
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
