@@ -110,7 +110,8 @@ class Confirm:
                 verdict, chosen = "partly_explained", grown
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
+        first = self._best_led(self._that_help(chosen, 1)) if verdict in NAMED else []
+        kept = self._grown(first, len(chosen), further)
         shares = self._shares(kept)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
@@ -150,6 +151,19 @@ class Confirm:
             return kept
         rivals = [f for f in self.found.ranking[: RIVALS + 1] if self.found.p_value(f) < LEVEL]
         return next(([f] for f in rivals if f.name != chosen[0].name and self._helps([], f)), [])
+
+    def _best_led(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects led by one that fits as well and that unseen tests clearly prefer, where much is left to predict."""
+        if not kept or self._explain(kept):
+            return kept
+        first, *others = kept
+        before = self.unseen.errors(_effects(kept)).total
+        for fit in self.found.ranking[: 2 * RIVALS]:
+            if fit.name not in {f.name for f in kept} and fit.gain > AS_GOOD * first.gain:
+                instead = [fit, *others]
+                if lead(before, self.unseen.errors(_effects(instead)).total)[1] > CERTAIN:
+                    return instead
+        return kept
 
     def _grown(self, kept: list[Fit], wanted: int, further: Further) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
