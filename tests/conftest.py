@@ -1,7 +1,8 @@
-"""What holds for all tests: no property test judges the speed of the machine it runs on; interrupts arrive."""
+"""What holds for all tests: no property test judges the speed of the machine it runs on; interrupts arrive; garbage is looked for among what tests leave."""
 
 from __future__ import annotations
 
+import gc
 import signal
 
 import pytest
@@ -16,3 +17,9 @@ def interruptible() -> None:
     """A shell starts what runs in its background with interrupts ignored; tests send them."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_finish() -> None:
+    """Take modules and tests out of the sight of the garbage collector: to walk over them took a tenth of all time."""
+    gc.collect()
+    gc.freeze()

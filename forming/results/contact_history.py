@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from friction_models.loads import LOAD_NAMES
 
 from ..fe.mesh.shape import FloatArray
+
+if TYPE_CHECKING:  # FMUs of the solver start without pandas
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,8 @@ class ContactHistory:
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row for each marker in contact at each step."""
+        import pandas as pd
+
         step, point = np.nonzero(self.active)
         columns: dict[str, npt.ArrayLike] = {"stroke": self.stroke[step], "point": point}
         columns |= {name: self.loads[step, point, k] for k, name in enumerate(LOAD_NAMES)}

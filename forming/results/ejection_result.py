@@ -7,9 +7,9 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from friction_models.common import write_json
 
@@ -17,6 +17,9 @@ from ..fe.mesh.shape import FloatArray
 from ..tools.ejection_tools import GripPatch
 from .contact_history import ContactHistory
 from .force_curve import averaged
+
+if TYPE_CHECKING:  # FMUs of the solver start without pandas
+    import pandas as pd
 
 _COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
 _HEAD = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
@@ -85,6 +88,8 @@ class EjectionResult:
 
     def to_frame(self) -> pd.DataFrame:
         """Return phase, travel [mm], force [kN], work [J] and grip [kN] as a table."""
+        import pandas as pd
+
         return pd.DataFrame({"phase": list(self.phase)} | {name: getattr(self, name) for name in _COLUMNS})
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from ..common.errors import InputError, nearest
 from .contract import LOAD_NAMES, LOADS, POINT_COLUMNS, POINT_UNITS
+
+if TYPE_CHECKING:  # solver processes of FMUs start without pandas
+    import pandas as pd
 
 #: What stands for a load that was not measured; without forming nothing expands.
 STAND_IN: dict[str, float] = {q.name: 1.0 if q.name == "psi" else q.nominal for q in LOADS}

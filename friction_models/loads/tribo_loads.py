@@ -12,10 +12,8 @@ import pandas as pd
 
 from ..common.errors import InputError, unknown_name
 from .columns import STAND_IN, measured_loads
-from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, Quantity
+from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, FloatArray, Quantity
 from .order import order_of_tests
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def check_column(

@@ -123,11 +123,11 @@ class PredictionInterval:
         if self.method(wanted) == "conformal":
             place = int(np.searchsorted(PROBABILITIES, wanted * (k + 1) / k - 1e-12))
             return float(scores[min(place, len(scores) - 1)])
-        from scipy.stats import t as student
+        from scipy.special import stdtrit
 
         middle = 0.5 * (scores[1:] + scores[:-1])
         size = math.sqrt(float(middle**2 @ np.diff(PROBABILITIES)))
-        return float(student.ppf(0.5 * (1.0 + wanted), k - 1)) * math.sqrt(1.0 + 1.0 / k) * size
+        return float(stdtrit(k - 1, 0.5 * (1.0 + wanted))) * math.sqrt(1.0 + 1.0 / k) * size
 
     def margin(self, x: Ops, L: LoadColumns, domain: Domain, level: float | None = None) -> Value:
         """Return half the width of the interval before the cut at 0, [n, 1], with either back end."""

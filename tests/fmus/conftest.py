@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from fmus import pack
+from fmus.checks import checking, trial
 from friction_models import ConstantFriction
 from tests.fmus.graphs import BOX, graph_bytes, node, save
 
@@ -78,3 +80,20 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
         return made[key]
 
     return get
+
+
+@pytest.fixture
+def trials_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the trials of `check` run in this process, for FMUs that may be wrong but neither crash nor hang.
+
+    The second process costs ten times what the trials do; `test_check_limits.py` has the tests of it.
+    """
+
+    def here(file: Path, result: Path, folder: str, limit: float, memory: int) -> tuple[int, str]:
+        with monkeypatch.context() as patch:
+            patch.setattr(trial, "limit_memory", lambda size: None)
+            patch.setattr(sys, "argv", ["trial", str(file), str(result), str(memory)])
+            trial.main()
+        return 0, ""
+
+    monkeypatch.setattr(checking, "_second_process", here)

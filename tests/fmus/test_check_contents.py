@@ -15,6 +15,7 @@ from tests.fmus.graphs import save
 from tests.fmus.memory_models import ageing_bytes
 
 Pack = Callable[..., Path]
+pytestmark = pytest.mark.usefixtures("trials_here")
 
 
 def content_of(fmu: Path) -> dict[str, bytes]:

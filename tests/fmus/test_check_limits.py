@@ -146,6 +146,7 @@ SABOTAGE = {
 }
 
 
+@pytest.mark.usefixtures("trials_here")
 @pytest.mark.parametrize("name", SABOTAGE)
 def test_a_library_that_computes_something_else_is_found(
     name: str, good: dict[str, Path], tmp_path: Path
@@ -165,6 +166,7 @@ def test_a_library_that_computes_something_else_is_found(
     assert [t for t in failed if not t.startswith((*words, "FMU state"))] == []
 
 
+@pytest.mark.usefixtures("trials_here")
 @pytest.mark.parametrize(
     ("member", "old", "new", "words"),
     [
@@ -191,6 +193,7 @@ def test_damaged_reference_results_are_found(
     assert any(words in f.text for f in report.findings if f.outcome == "failed"), str(report)
 
 
+@pytest.mark.usefixtures("trials_here")
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_model_exchange_alone_is_checked(fmi: str, good: dict[str, Path], tmp_path: Path) -> None:
     files = content_of(good[fmi])
@@ -269,6 +272,7 @@ def test_an_fmu_of_another_tool_is_checked(tmp_path: Path) -> None:
     assert "made by PythonFMU" in text
 
 
+@pytest.mark.usefixtures("trials_here")
 def test_a_library_in_the_wrong_folder_is_found(good: dict[str, Path], tmp_path: Path) -> None:
     files = content_of(good["2.0"])
     name = next(n for n in files if n.startswith("binaries/"))

@@ -44,6 +44,7 @@ def test_good_fmus_pass(packed: Pack, linear_onnx: Path, memory_onnx: Path) -> N
         assert words in text
 
 
+@pytest.mark.usefixtures("trials_here")
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 @pytest.mark.parametrize("lacking", [("T",), ("T", "sd"), ("T", "sd", "psi"), ("v_rel",)])
 def test_a_model_trained_without_some_loads_passes(
@@ -59,6 +60,7 @@ def test_a_model_trained_without_some_loads_passes(
     assert {n for n in BOX if "not measured in training, no influence" in said[n]} == set(lacking)
 
 
+@pytest.mark.usefixtures("trials_here")
 def test_a_binary_that_does_not_fit_the_packed_model_is_found(
     packed: Pack, linear_onnx: Path, tmp_path: Path
 ) -> None:
@@ -70,6 +72,7 @@ def test_a_binary_that_does_not_fit_the_packed_model_is_found(
     assert any(m.startswith("failed: mu against ONNX Runtime") for m in report.messages)
 
 
+@pytest.mark.usefixtures("trials_here")
 def test_wrong_unit_and_missing_platform_are_found(packed: Pack, linear_onnx: Path, tmp_path: Path) -> None:
     files = content_of(packed(linear_onnx))
     xml = (

@@ -111,9 +111,9 @@ def binned_bias(
 
 
 def _t_quantile(freedom: int) -> float:
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
-    return float(t.ppf(0.975, freedom))
+    return float(stdtrit(freedom, 0.975))
 
 
 def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...effects.base import EffectContext
 from ...effects.empirical.effect import Empirical
@@ -64,7 +64,7 @@ def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Empirical], fitted: 
 
     covariance = _covariance(bins, weigh, effects, fitted, in_bins)
     tests = len(bins.campaign.tests)
-    factor = float(student.ppf(0.975, max(tests - 1, 1)))
+    factor = float(stdtrit(max(tests - 1, 1), 0.975))
     curves = []
     for k, effect in enumerate(effects):
         load, *other = effect.driver

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...effects import empirical_effect
 from ...effects.empirical.effect import numbered
@@ -134,7 +134,7 @@ def _offer(
     after = float(np.mean(squares))
     size = before - missing.best
     gain, certain = lead(missing.before, squares)
-    half = float(student.ppf(0.975, len(squares) - 1)) * abs(gain) / max(abs(certain), 1e-300)
+    half = float(stdtrit(len(squares) - 1, 0.975)) * abs(gain) / max(abs(certain), 1e-300)
     low, share, high = (min(v / max(size, 1e-300), 1.0) for v in (gain - half, gain, gain + half))
     numbers = [
         numbered(e, {"a": float(a), **s})

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...effects.base import Effect
 from ...estimation.search.importance import LEAST_SHARE
@@ -121,5 +121,5 @@ def _interval(squares: FloatArray) -> tuple[float, float]:
     """Return the 95 % interval of a mean of squares over tests, on the scale of their logarithm."""
     tests, mean = len(squares), float(np.mean(squares))
     error = float(np.std(squares, ddof=1)) / np.sqrt(tests) / max(mean, 1e-300)
-    factor = float(np.exp(student.ppf(0.975, tests - 1) * error))
+    factor = float(np.exp(stdtrit(tests - 1, 0.975) * error))
     return mean / factor, mean * factor

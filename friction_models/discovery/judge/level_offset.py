@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from ...estimation.campaign.binning import Campaign
 from ...estimation.search.importance import LEAST_SHARE, error_share
@@ -84,5 +84,5 @@ def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     everywhere = columns @ fitted
     value = float(np.clip(0.0, everywhere.min(), everywhere.max()))
     error = float(np.sqrt(inverse[0, 0]))
-    p = float(2.0 * student.sf(abs(value) / max(error, 1e-300), found.freedom))
+    p = float(2.0 * stdtr(found.freedom, -abs(value) / max(error, 1e-300)))
     return LevelOffset(value, error, p, found.floor.total)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...effects.base import Effect
 from ...loads import FloatArray
@@ -177,7 +177,7 @@ def _half_widths(
     clustered = inverse @ (scores.T @ scores) @ inverse * tests / max(tests - 1, 1)
     variance = np.maximum(np.diag(clustered), np.diag(plain))
     chosen = clustered if tests > free else plain
-    half = float(student.ppf(0.975, max(tests - 1, 1))) * np.sqrt(np.maximum(variance, 0.0)) / norms
+    half = float(stdtrit(max(tests - 1, 1), 0.975)) * np.sqrt(np.maximum(variance, 0.0)) / norms
     return half, chosen / np.maximum(np.outer(norms, norms), 1e-300)
 
 

@@ -299,11 +299,11 @@ def estimate(
 
 def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float]:
     """Return a 95 % interval of the total: the scatter between tests dominates it (chi-square)."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
     between = max(tests - min(columns, tests // 3) - 1, 1)
-    lower = between / float(chi2.ppf(0.975, between))
-    upper = between / float(chi2.ppf(0.025, between))
+    lower = between / float(chdtri(between, 0.025))
+    upper = between / float(chdtri(between, 0.975))
     slow = floor.test**2 + floor.drift**2
     return (
         float(np.sqrt(floor.sensor**2 + slow * lower)),

@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.optimize import minimize
 
 from ...loads import LOAD_NAMES, FloatArray
@@ -120,11 +121,14 @@ class Reference:
         means = np.add.reduceat(count[:, None] * plain, self._starts, axis=0) / weight[:, None]
         fold = fold_of_test[self.campaign.test]
         predicted, variance = np.empty(len(self.y)), np.empty(len(self._starts))
-        for k in np.unique(fold):
-            train, held = fold != k, fold_of_test == k
-            factor = cho_factor(Z[train].T @ Z[train] / noise + np.diag(precision))
-            b = cho_solve(factor, Z[train].T @ target[train] / noise)
-            predicted[~train] = plain[~train] @ b
+        folds = np.unique(fold)
+        grams = np.array([Z[fold == k].T @ Z[fold == k] for k in folds])
+        scores = np.array([Z[fold == k].T @ target[fold == k] for k in folds])
+        for k in folds:
+            held, others = fold_of_test == k, folds != k
+            factor = cho_factor(grams[others].sum(axis=0) / noise + np.diag(precision))
+            b = cho_solve(factor, scores[others].sum(axis=0) / noise)
+            predicted[fold == k] = plain[fold == k] @ b
             variance[held] = offset + np.sum(means[held].T * cho_solve(factor, means[held].T), axis=0)
         return predicted, variance
 
@@ -160,11 +164,11 @@ class Reference:
             k = offset / (noise + offset * size)
             A = (gram - per_test.T @ (k[:, None] * per_test)) / noise + np.diag(precision)
             c = (score - per_test.T @ (k * level)) / noise
-            try:
-                root = np.linalg.cholesky(A)
-            except np.linalg.LinAlgError:
+            root, failed = dpotrf(A, lower=1)
+            if failed:
                 return 1e12, np.zeros_like(theta)
-            inverse = np.linalg.inv(A)
+            lower = np.tril(dpotri(root, lower=1)[0])
+            inverse = lower + np.tril(lower, -1).T
             b = inverse @ c
             fit = (square - float(k @ level**2)) / noise - float(c @ b)
             value = len(y) * np.log(noise) + np.sum(np.log1p(offset * size / noise)) + fit

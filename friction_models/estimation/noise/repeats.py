@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
@@ -100,7 +100,7 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
         return None
     level = campaign.of_tests(residual)
     square = sum(_square_apart(campaign, residual, g) for g in groups) / freedom
-    low, high = (square * freedom / float(chi2.ppf(q, freedom)) for q in (0.975, 0.025))
+    low, high = (square * freedom / float(chdtri(freedom, q)) for q in (0.025, 0.975))
     return Repeats(
         len(groups),
         freedom + len(groups),

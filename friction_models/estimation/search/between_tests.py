@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
@@ -66,4 +66,4 @@ def _p_value(y: FloatArray, mean: FloatArray, columns: FloatArray) -> float:
         return 1.0
     without, beside = (float(np.sum((y - q @ (q.T @ y)) ** 2)) for q in (mean, whole))
     ratio = max(without - beside, 0.0) / more / max(beside / left, 1e-300)
-    return float(fisher.sf(ratio, more, left))
+    return float(fdtrc(more, left, ratio))

@@ -12,7 +12,7 @@ from itertools import combinations
 from typing import TypedDict
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
@@ -97,7 +97,7 @@ def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatAr
     if not q.shape[1]:
         return Misfit()
     drop = float(np.sum((q.T @ project(found.residual)) ** 2))
-    return Misfit(drop - q.shape[1], float(chi2.sf(drop, q.shape[1])))
+    return Misfit(drop - q.shape[1], float(chdtrc(q.shape[1], drop)))
 
 
 def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
