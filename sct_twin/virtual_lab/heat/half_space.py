@@ -9,6 +9,7 @@ left behind follows from where it was and when.
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from scipy.special import erf
@@ -82,7 +83,7 @@ class HalfSpace:
 
         The integral of q / (e sqrt(pi age)) over time is that of 2 q / (e sqrt(pi)) over the root of the age.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(count)
+        nodes, weights = _gauss(count)
         old, young = np.sqrt(now - t[:-1]), np.sqrt(np.maximum(now - t[1:], 0.0))
         u = 0.5 * (old + young)[:, None] + 0.5 * (old - young)[:, None] * nodes
         share = (now - u**2 - t[:-1, None]) / np.diff(t)[:, None]
@@ -100,6 +101,12 @@ class HalfSpace:
             np.arange(-rows, 2 * rows + 1) * self.size + 0.0 * width, width, self.size
         )
         return along[:, self._lag], across[:, self._near] + across[:, self._mirror]
+
+
+@cache
+def _gauss(count: int) -> tuple[FloatArray, FloatArray]:
+    """Return nodes and weights of the rule of Gauss and Legendre; to find them takes longer than to use them."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 def _second_difference(x: FloatArray, width: FloatArray, size: float) -> FloatArray:

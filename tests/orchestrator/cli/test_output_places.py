@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -32,10 +32,10 @@ def contents(folder: Path) -> dict[str, str]:
     return found
 
 
-@pytest.fixture
-def place(tmp_path: Path, tiny: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A user's folder: data, a model, a system, a campaign, press curves, a thesis; the current folder."""
-    folder = tmp_path / "project"
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, tiny: dict[str, Path]) -> Path:
+    """A user's folder: data, a model, a system, a campaign, press curves, a thesis."""
+    folder = tmp_path_factory.mktemp("made") / "project"
     folder.mkdir()
     frame = points(3, 12)
     roles = pd.DataFrame({"test_id": ["t0", "t1", "t2"], "role": ["train", "train", "test"]})
@@ -52,8 +52,16 @@ def place(tmp_path: Path, tiny: dict[str, Path], monkeypatch: pytest.MonkeyPatch
     (folder / "campaign" / "tests.csv").write_text("test_id\nx\n")
     (folder / "raw").mkdir()
     (folder / "raw" / "x.csv").write_text("t [s],F_n [N]\n0,1\n")
+    return folder
+
+
+@pytest.fixture
+def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the user's folder, the current folder."""
+    folder = tmp_path / "project"
+    shutil.copytree(made, folder)
     monkeypatch.chdir(folder)
-    yield folder
+    return folder
 
 
 #: Every command that writes a folder; OUT stands for it.
