@@ -63,7 +63,8 @@ monkey: $(TESTING)
 	TRIBOFMU_MONKEY=1000 TRIBOFMU_MONKEY_CLICKS=300 $(BIN)/python -m pytest tests/orchestrator/app/test_monkey.py
 
 # Two processes with one thread each: threads of both that wait for each other take many times as long.
-PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope
+# Modules in the order of their names: sorted by their number of tests, the few long ones would come last, one process idle.
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder
 test: $(TESTING)
 	$(PYTEST) tests
 

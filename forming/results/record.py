@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from ..fe.mesh.shape import FloatArray
 from .contact_history import ContactHistory
 from .ejection_result import EjectionResult
 from .fields import FieldHistory
 from .force_curve import FORCE_WINDOW, averaged
+
+if TYPE_CHECKING:  # FMUs of the solver start without pandas
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -113,4 +116,6 @@ class FormingRecord:
 
     def to_frame(self) -> pd.DataFrame:
         """Return stroke [mm], force [kN] and work [J] as a table."""
+        import pandas as pd
+
         return pd.DataFrame({"stroke": self.stroke, "force": self.force, "work": self.work})

@@ -6,17 +6,19 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from friction_models.common import InputError, atomic_path
 from friction_models.loads import FloatArray, missing_column
 
 from .cells import Cell, is_given
 from .channels import CHANNEL_NAMES, CHANNELS, MOTION, REQUIRED
+
+if TYPE_CHECKING:  # FMUs of the solvers start without pandas
+    import pandas as pd
 
 #: A shorter record cannot hold the upsetting and the sliding phase.
 MIN_ROWS = 50
@@ -141,6 +143,7 @@ class SctRecord:
 
         Examples
         --------
+        >>> import pandas as pd
         >>> t = np.arange(100) / 100
         >>> table = pd.DataFrame({"t": t, "F_n": 90e3 + 100 * t, "F_r": 7e3 + 10 * t, "v": 20 + t})
         >>> SctRecord.from_frame("sct001", table).channels
@@ -214,6 +217,8 @@ class SctRecord:
 
     def to_frame(self) -> pd.DataFrame:
         """Return the channels as a table in canonical units."""
+        import pandas as pd
+
         return pd.DataFrame({name: getattr(self, name) for name in self.channels}, copy=False)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -262,6 +267,8 @@ def _finite(values: npt.ArrayLike, name: str, where: str, place: Callable[[int],
     quantity = CHANNELS[name]
     cells = np.asarray(values)
     if cells.dtype.kind not in "fiu":
+        import pandas as pd
+
         cells = pd.to_numeric(pd.Series(cells.ravel(), dtype=object), errors="coerce").to_numpy()
         original = np.asarray(values, dtype=object).ravel()
     else:

@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 from numba import njit
-from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from friction_models.loads import FloatArray
 
@@ -61,6 +60,8 @@ def running_mean(values: FloatArray, width: int) -> FloatArray:
     >>> running_mean(np.array([3.0, 3.0, 6.0, 3.0, 3.0]), 3).round(6).tolist()[1:4]
     [4.0, 4.0, 4.0]
     """
+    from scipy.ndimage import uniform_filter1d  # the twin as an FMU starts without it
+
     return np.asarray(uniform_filter1d(values, width, mode="constant"))
 
 
@@ -134,6 +135,8 @@ def _local_noise(values: FloatArray) -> FloatArray:
     Friction is far noisier than the unloaded cell, so that one figure for a whole test would find spikes
     all over the sliding.
     """
+    from scipy.ndimage import maximum_filter1d
+
     count = len(values)
     second = np.abs(np.diff(values, 2))
     blocks = max(1, len(second) // _BLOCK)
