@@ -22,6 +22,8 @@ from friction_models.families.composed import ComposedFriction
 
 #: Scatter of mu from test to test, and along a test.
 BETWEEN, WITHIN = 0.004, 0.001
+#: Points a test.
+POINTS = 12
 
 
 def campaign(seed: int, count: int = 24) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -30,7 +32,7 @@ def campaign(seed: int, count: int = 24) -> tuple[pd.DataFrame, pd.DataFrame]:
     parts, rows = [], []
     for k in range(count):
         v, p = (5.0, 50.0, 300.0)[k % 3], (500.0, 1200.0, 2500.0)[k // 3 % 3]
-        sd = np.linspace(0.5, 60.0, 25)
+        sd = np.linspace(0.5, 60.0, POINTS)
         T = rng.uniform(20.0, 200.0) + 30.0 * np.sqrt(sd / 60.0)
         loads = {
             "v_rel": v,
@@ -41,7 +43,7 @@ def campaign(seed: int, count: int = 24) -> tuple[pd.DataFrame, pd.DataFrame]:
         }
         part = pd.DataFrame({"test_id": f"t{k:02d}", "t": sd / v} | loads)
         part["mu"] = (
-            0.1 - 2e-5 * v - 4e-6 * p - 5e-5 * T + rng.normal(0.0, BETWEEN) + rng.normal(0.0, WITHIN, 25)
+            0.1 - 2e-5 * v - 4e-6 * p - 5e-5 * T + rng.normal(0.0, BETWEEN) + rng.normal(0.0, WITHIN, POINTS)
         )
         parts.append(part)
         rows.append(

@@ -157,7 +157,7 @@ def test_any_regressor_is_judged_and_one_that_cannot_predict_is_refused() -> Non
 
 
 def test_columns_of_the_map_never_touch() -> None:
-    found = diagnose(made_up.campaign(20, 20), model="constant")
+    found = diagnose(made_up.campaign(20, 20), model="constant", catalogue=["stribeck"])
     for scale in (1.0, 30.0, 3000.0):
         averages = found.averages.assign(
             before=scale * found.averages["before"], sigma_n=30.0 * scale * found.averages["sigma_n"]

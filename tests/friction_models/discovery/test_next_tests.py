@@ -34,7 +34,7 @@ NEEDS = {
 
 @pytest.fixture(scope="module")
 def unsure() -> Diagnosis:
-    return diagnose(*campaign("pressure_power", seed=60, strength=2.0, thin=8)[:2])
+    return diagnose(*campaign("pressure_power", seed=60, strength=2.0, thin=40)[:2])
 
 
 def two(distance: float, prior: float = 0.5, parts: int = 1) -> Outcomes:

@@ -111,7 +111,7 @@ def test_what_is_named_refine_accepts() -> None:
     from benchmarks.discovery_campaigns import campaign
 
     for k, name in enumerate(("flash_temperature", "wear_out", "thermal_softening", "stribeck")):
-        points, tests, _ = campaign(name, seed=300 + k, strength=1.2, thin=8, extra=0)
+        points, tests, _ = campaign(name, seed=300 + k, strength=1.2, thin=40, extra=0)
         found = diagnose(points, tests)
         if not found.effects:
             continue
@@ -127,7 +127,7 @@ def test_what_is_named_refine_accepts() -> None:
 def test_order_of_rows_names_of_tests_and_unit_of_length_do_not_matter() -> None:
     from benchmarks.discovery_campaigns import campaign
 
-    points, tests, _ = campaign("wear_out", seed=311, strength=1.0, thin=10, extra=0)
+    points, tests, _ = campaign("wear_out", seed=311, strength=1.0, thin=40, extra=0)
     found = diagnose(points, tests)
     shuffled = diagnose(points.sample(frac=1.0, random_state=2), tests.sample(frac=1.0, random_state=3))
     assert shuffled.to_dict() == found.to_dict()

@@ -16,7 +16,7 @@ LAWS = {"pressure_power", "pressure_saturation"}
 
 def with_reading(hidden: str, newton: float | None) -> Diagnosis:
     """Diagnose with one reading after a test, or none."""
-    points, tests, _ = campaign(hidden, seed=60, strength=2.0, thin=8)
+    points, tests, _ = campaign(hidden, seed=60, strength=2.0, thin=40)
     table = tests.copy()
     if newton is not None:
         table[AREA] = AREA_MM2

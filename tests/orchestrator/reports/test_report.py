@@ -157,7 +157,7 @@ def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
 
 
 def test_page_of_one_test_and_of_other_loads(tmp_path: Path) -> None:
-    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=8)
+    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=40)
     one = points[points["test_id"] == "t010"]
     model = LinearFriction().fit_frame(points[points["sigma_n"] < 700.0], tests)
     for name, data, base in (
