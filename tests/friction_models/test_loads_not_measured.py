@@ -80,7 +80,8 @@ def test_every_way_to_measure_a_model_takes_such_data(model: FrictionModel) -> N
     assert compare({"it": model}, LESS).errors["it"].rmse == pytest.approx(measured.overall["rmse"])
     # Data with more than the model was given are data like any other: nothing of it is outside.
     assert evaluate(model, FRAME).overall == measured.overall
-    assert diagnose(LESS, model=model, catalogue=["stribeck"]).verdict != "out_of_domain"
+    some = LESS[LESS["test_id"].isin(LESS["test_id"].unique()[::2])]  # in half the time
+    assert diagnose(some, model=model, catalogue=["stribeck"]).verdict != "out_of_domain"
     assert refine(LESS, model=model).domain == model.domain
 
 
