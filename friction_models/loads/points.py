@@ -54,7 +54,7 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
     >>> points.notes
     ('data: the points of a test are not in order: each test is taken as one, by time',)
     """
-    frame = frame.copy()
+    frame = frame.copy(deep=False)  # columns are replaced whole
     if "test_id" not in frame.columns:
         raise missing_column("test_id", frame.columns, where)
     blank = (frame["test_id"].isna() | (frame["test_id"].astype(str).str.strip() == "")).to_numpy()

@@ -15,3 +15,11 @@ def as_read(name: str, chart: Chart, caption: str, description: str) -> ReadFigu
     """Return a chart as one that was read from a report; arrays become typed ones, as in a report."""
     content = json.loads(chart.figure.to_json())
     return ReadFigure(name, content["data"], content["layout"], caption, description)
+
+
+def with_fixed_margins(chart: Chart, right: int = 14) -> Chart:
+    """Return a chart whose margins are given: to find them itself, plotly would draw all points a second time."""
+    chart.figure.update_layout(margin={"l": 84, "r": right, "autoexpand": False})
+    chart.figure.update_xaxes(automargin=False)
+    chart.figure.update_yaxes(automargin=False)
+    return chart

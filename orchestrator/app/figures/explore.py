@@ -16,7 +16,7 @@ from friction_models.loads.contract import with_unit
 from ...report.parts.chart import Chart
 from ...report.parts.theme import AFTER, COLORS, CONSTANT, INK, LINE
 from ...report.reading import ReadFigure
-from .as_read import as_read
+from .as_read import as_read, with_fixed_margins
 
 #: Most points that are drawn, and most levels that have a colour of their own.
 MOST, LEVELS = 3000, 8
@@ -152,6 +152,8 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
         dragmode="select",
         selectdirection="any",
     )
+    if not chart.legend:
+        made = with_fixed_margins(made, right=96 if color else 14)
     return as_read("cloud", made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
 
 

@@ -21,12 +21,12 @@ from ...report.parts.chart import Chart
 from ...report.parts.theme import AFTER, CONSTANT
 from ...report.reading import ReadFigure
 from ..raw.map_form import ColumnForm, MapForm
-from .as_read import as_read
+from .as_read import as_read, with_fixed_margins
 
 #: Points of a curve, and panels, that are drawn.
 POINTS, PANELS = 1200, 24
-#: Points of a cloud.
-CLOUD = 2000
+#: Points of a cloud: each is something of its own to a browser, and there are as many clouds as columns.
+CLOUD = 600
 #: Columns of the quality table that say what the phases are.
 _PHASES = (
     ("upsetting_s", "sliding_s", "rgba(200, 100, 31, 0.12)"),
@@ -86,7 +86,7 @@ def columns_figure(
     look: dict[str, Any] = {"mode": "lines"} if form.records else {"mode": "markers", "marker_size": 3}
     for at, column in enumerate(shown):
         values = _values(column, table, form.records)
-        rows = envelope(values)
+        rows = envelope(values, POINTS if form.records else CLOUD)
         color = AFTER if column.is_ else CONSTANT
         chart.scatter(at, time[rows], values[rows], hover="%{x:.4g}, %{y:.5g}<extra></extra>", **look, line={"color": color, "width": 1.2}, marker_color=color)  # fmt: skip
         for begin, end, shade in _PHASES if row is not None else ():
@@ -103,7 +103,9 @@ def columns_figure(
         caption += " Orange: upsetting; green: sliding."
     if len(form.columns) > len(shown) + 1:
         caption += " Columns of text are not drawn."
-    return as_read("columns", made, escape(caption), "Every column of the first file over time.")
+    return as_read(
+        "columns", with_fixed_margins(made), escape(caption), "Every column of the first file over time."
+    )
 
 
 def _title(column: ColumnForm, records: bool) -> str:
@@ -167,7 +169,7 @@ def loads_figure(points: Any) -> ReadFigure | None:
     thinned = "" if len(points) <= CLOUD else f", thinned to {CLOUD}"
     return as_read(
         "mu",
-        made,
+        with_fixed_margins(made),
         f"{len(points)} points of {points['test_id'].nunique()} tests{thinned}.",
         "Friction over each load.",
     )

@@ -16,7 +16,7 @@ from .. import commands
 from ..figures.explore import Sample, cloud, sample, summary
 from ..project.loaded import loaded
 from .frame import page_head
-from .parts import button, choice, empty, gone, say, words
+from .parts import button, choice, empty, gone, plotted, say, words
 from .view import View
 
 #: What drawing with the mouse does, as plotly calls it.
@@ -177,10 +177,8 @@ class _Explorer:
         plots = []
         with self.place, ui.element("div").classes("pictures"):
             for figure in figures:
-                plots.append(_picture(figure))
+                plots.append(_picture(figure, self.chosen["drag"]))
         self.ids = ids = [p.id for p in plots]
-        for plot in plots:
-            plot.figure["layout"]["dragmode"] = self.chosen["drag"]
         for plot in plots:
             script = _BRUSH % {"ids": ids, "whole": str(bool(self.chosen["whole"])).lower(), "own": plot.id}
             for event in ("plotly_selected", "plotly_deselect"):
@@ -212,14 +210,12 @@ class _Explorer:
                     button("Let them go", self._draw)
 
 
-def _picture(figure: ReadFigure) -> ui.plotly:
+def _picture(figure: ReadFigure, drag: str) -> ui.plotly:
     frame = ui.element("div").classes("plot narrow")
     frame.props.update({"role": "figure", "aria-label": figure.description})
     with frame:
         # plotly's own bar of buttons brings Chromium to a stand for minutes, and keys do not reach it.
         config = {"responsive": True, "displayModeBar": False, "scrollZoom": True}
-        plot = ui.plotly(
-            {"data": figure.data, "layout": {**figure.layout, "autosize": True}, "config": config}
-        )
+        plot = plotted(figure.data, {**figure.layout, "dragmode": drag}, config)
         plot.style(f"width: 100%; height: {int(figure.layout.get('height') or 380)}px")
     return plot

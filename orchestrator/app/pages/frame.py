@@ -35,7 +35,9 @@ LOOKS = {"auto": None, "light": False, "dark": True}
 #: How often a page looks whether something changed [s].
 TICK = 0.15
 #: How long the answer of the server waits for what the page shows [s].
-AT_ONCE = 1.0
+AT_ONCE = 0.3
+#: While the server reads, the browser gets ready to draw.
+_READY_TO_DRAW = '<script type="module">import("nicegui-plotly")</script>'
 #: A picture that leaves the page while it is being sized has nothing to size any more; plotly calls that an error.
 _HIDDEN_PICTURES = """
 addEventListener('unhandledrejection', (event) => {
@@ -49,6 +51,8 @@ class Workbench:
 
     def __init__(self, project: Project, worker: Worker) -> None:
         self.project, self.worker = project, worker
+        # NiceGUI names to the browser only what was looked at once before the page was sent; pictures may come later.
+        self.late = (ui.plotly, ui.aggrid)
         self.style = files("orchestrator.app").joinpath("style.css").read_text(encoding="utf-8")
 
     async def root(self, request: Request) -> None:
@@ -77,6 +81,8 @@ class Workbench:
         # What takes long to read comes when it is ready; the page itself does not wait for it.
         first = background_tasks.create(fill(), name=f"page {path}")
         await asyncio.wait({first}, timeout=AT_ONCE)
+        if not first.done():
+            ui.add_body_html(_READY_TO_DRAW)
 
         async def tick() -> None:
             nonlocal seen

@@ -70,9 +70,17 @@ def drawing(data: list[Any], layout: dict[str, Any], description: str) -> ui.ele
     with frame:
         height = layout.get("height") or 330
         config = {"displayModeBar": False, "responsive": True}
-        plot = ui.plotly({"data": data, "layout": {**layout, "autosize": True}, "config": config})
+        plot = plotted(data, layout, config)
         plot.style(f"width: 100%; height: {int(height)}px; min-width: {least_width(layout)}px")
     return frame
+
+
+def plotted(data: list[Any], layout: dict[str, Any], config: dict[str, Any]) -> ui.plotly:
+    """Show a figure that stays as it is, as wide as there is room."""
+    plot = ui.plotly({"data": data, "layout": {**layout, "autosize": True}, "config": config})
+    # What comes to a page later would be drawn twice: as it comes, and by a call that brings it up to date.
+    plot._update_method = None
+    return plot
 
 
 def section(found: ReadSection | None, title: str = "") -> None:

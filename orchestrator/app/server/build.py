@@ -40,5 +40,7 @@ def build(project: Project, worker: Worker) -> FastAPI:
         tailwind=False,
         show_welcome_message=False,
         reconnect_timeout=10.0,
+        # Packing megabytes of scripts takes longer than sending them over the line of one machine.
+        gzip_middleware_factory=None,
     )
     return app
