@@ -8,6 +8,8 @@ from typing import Any
 from .conftest import Served
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+#: Options that turn the network off: no name but those of this machine leads anywhere.
+OFFLINE = ("--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-background-networking")
 #: Longest wait for anything [ms]: far longer than it takes.
 PATIENCE = 60_000
 

@@ -15,6 +15,9 @@ import pytest
 
 from orchestrator.app.project import Project
 
+#: Makes the network fail for a process and all that it starts, and notes what was tried.
+NETWORK_OFF = Path(__file__).parent / "network_off"
+
 
 class Served(NamedTuple):
     """A workbench that listens, and its project."""
@@ -31,10 +34,11 @@ def example(tmp_path: Path) -> Project:
 
 
 def served(folder: Path, *options: str, **environment: str) -> Iterator[Served]:
-    """Serve a copy of the example in a process of its own, on a free port."""
+    """Serve a copy of the example in a process of its own, on a free port; to it and its commands the network is off."""
     pytest.importorskip("nicegui", reason="the extra [app] is not installed")
     command = [sys.executable, "-c", "from orchestrator.cli import main; main()", "app", str(folder)]
-    log = folder.parent / f"{folder.name}.log"
+    log, tried = (folder.parent / f"{folder.name}.{kind}" for kind in ("log", "tried"))
+    off = {"PYTHONPATH": str(NETWORK_OFF), "TRIBOFMU_TRIED": str(tried)}
     with (
         log.open("wb") as errors,
         subprocess.Popen(
@@ -42,7 +46,7 @@ def served(folder: Path, *options: str, **environment: str) -> Iterator[Served]:
             stdout=subprocess.PIPE,
             stderr=errors,
             text=True,
-            env={**os.environ, "OMP_NUM_THREADS": "1", **environment},
+            env={**os.environ, "OMP_NUM_THREADS": "1", **off, **environment},
         ) as process,
     ):
         try:
@@ -55,6 +59,7 @@ def served(folder: Path, *options: str, **environment: str) -> Iterator[Served]:
             process.send_signal(signal.SIGINT)
             process.wait(20)
     assert "Traceback" not in log.read_text(), log.read_text()[-4000:]
+    assert not tried.exists(), tried.read_text()
 
 
 @pytest.fixture(scope="module")
@@ -68,9 +73,9 @@ def browser() -> Iterator[Any]:
     """Headless Chromium; not for a whole session, as it holds the event loop of its thread."""
     from playwright.sync_api import sync_playwright
 
-    from .chromium import CHROMIUM
+    from .chromium import CHROMIUM, OFFLINE
 
     with sync_playwright() as play:
-        made = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        made = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", *OFFLINE])
         yield made
         made.close()

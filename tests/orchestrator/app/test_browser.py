@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -15,7 +18,7 @@ from orchestrator.app.project import HISTORY, Project, history
 from orchestrator.cli.main import run
 
 from .chromium import CHROMIUM, Watched
-from .conftest import Served
+from .conftest import NETWORK_OFF, Served
 
 pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -196,6 +199,28 @@ def test_what_is_picked_in_one_picture_is_picked_in_all(browser: Any, server: Se
     tests = len(marked[0][0].split(","))
     assert counts == [24 * tests] * 2 and 0 < tests < 111
     assert tab.wrong == []
+
+
+def test_a_request_that_leaves_the_machine_fails_and_is_noted(
+    browser: Any, server: Served, tmp_path: Path
+) -> None:
+    """Says that the other tests would see one: all of them run with the network off, and none is tried."""
+    from playwright.sync_api import Error
+
+    tab = Watched(browser, server)
+    fetched = "fetch('http://example.org/').then(() => 'came', () => 'failed')"
+    assert tab.page.evaluate(fetched) == "failed" and "http://example.org/" in tab.wrong[0]
+    with pytest.raises(Error, match="ERR_NAME_NOT_RESOLVED"):
+        tab.page.goto("http://example.net/")
+    assert any(text == "asked for http://example.net/" for text in tab.wrong)
+    assert tab.context.request.get(f"{tab.own}/files/project.yaml").ok
+    tried = tmp_path / "tried"
+    script = "import socket; socket.create_connection(('192.0.2.1', 80), 1)"
+    off = {"PYTHONPATH": str(NETWORK_OFF), "TRIBOFMU_TRIED": str(tried)}
+    said = subprocess.run(
+        [sys.executable, "-c", script], env={**os.environ, **off}, capture_output=True, text=True
+    )
+    assert "the network is off: 192.0.2.1" in said.stderr and "192.0.2.1" in tried.read_text()
 
 
 def test_a_report_opened_as_a_page_draws_and_reaches_nothing(browser: Any, server: Served) -> None:
