@@ -81,4 +81,4 @@ def compare(data: str, models: Sequence[str]) -> Command:
         "--points",
         comparison_points(data),
     )
-    return Command(f"Compare {len(models)} models", arguments)
+    return Command(f"Compare {len(models)} model{'s' * (len(models) != 1)}", arguments)

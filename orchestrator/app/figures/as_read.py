@@ -17,9 +17,9 @@ def as_read(name: str, chart: Chart, caption: str, description: str) -> ReadFigu
     return ReadFigure(name, content["data"], content["layout"], caption, description)
 
 
-def with_fixed_margins(chart: Chart, right: int = 14) -> Chart:
+def with_fixed_margins(chart: Chart, left: int = 76, right: int = 14) -> Chart:
     """Return a chart whose margins are given: to find them itself, plotly would draw all points a second time."""
-    chart.figure.update_layout(margin={"l": 84, "r": right, "autoexpand": False})
+    chart.figure.update_layout(margin={"l": left, "r": right, "autoexpand": False})
     chart.figure.update_xaxes(automargin=False)
     chart.figure.update_yaxes(automargin=False)
     return chart

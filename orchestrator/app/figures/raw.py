@@ -104,7 +104,10 @@ def columns_figure(
     if len(form.columns) > len(shown) + 1:
         caption += " Columns of text are not drawn."
     return as_read(
-        "columns", with_fixed_margins(made), escape(caption), "Every column of the first file over time."
+        "columns",
+        with_fixed_margins(made, left=50),
+        escape(caption),
+        "Every column of the first file over time.",
     )
 
 
@@ -155,7 +158,9 @@ def loads_figure(points: Any) -> ReadFigure | None:
     loads = [n for n in (*LOAD_NAMES, "t") if n in points.columns]
     if not loads:
         return None
-    chart = Chart.of_panels(len(loads), columns=3, gap=0.36, legend=False, horizontal_spacing=0.07)
+    chart = Chart.of_panels(
+        len(loads), columns=3, gap=0.36, legend=False, horizontal_spacing=0.05, shared_yaxes=True
+    )
     rows = np.random.default_rng(0).permutation(len(points))[:CLOUD]
     mu = points["mu"].to_numpy()[rows]
     for at, name in enumerate(loads):

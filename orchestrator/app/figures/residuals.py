@@ -179,7 +179,13 @@ def cell_map(found: Sequence[Cell], first: str, second: str) -> ReadFigure:
         z=mean, text=said, texttemplate="%{text}", textfont={"size": 11, "color": "#1b2530"}, hoverinfo="text",
         colorscale=_SCALE, zmin=-1.6 * most, zmax=1.6 * most, xgap=2, ygap=2, showscale=False,
     )  # fmt: skip
-    chart.dress(90 + 62 * shape[0], x=with_unit(first), y=with_unit(second))
+    # Labels of a cell need this much room: on a phone the map is moved sideways.
+    chart.dress(
+        90 + 62 * shape[0],
+        meta={"least_width": 170 + 110 * shape[1]},
+        x=with_unit(first),
+        y=with_unit(second),
+    )
     for update, labels in ((chart.figure.update_xaxes, ends[0]), (chart.figure.update_yaxes, ends[1])):
         update(tickvals=list(labels), ticktext=[labels[k] for k in labels], showgrid=False, zeroline=False)
     caption = (

@@ -42,7 +42,7 @@ async def show(view: View) -> None:
     if not own:
         empty(
             "There is no model to compare yet",
-            "Train one here, or add an effect to one under What is missing. FMUs of others belong into the folder fmus.",
+            "Train one here, or add an effect to one under What is missing. Put FMUs of others into the folder fmus.",
             ("What is missing", "/"),
         )
     _train(view, story.data)
@@ -72,7 +72,7 @@ def _ask(view: View, own: list[str], data: str) -> None:
             return
         command = commands.models.compare(data, chosen)
         with ui.element("div").classes("action"):
-            press(f"Compare {len(chosen)}", lambda: view.run(command), "first")
+            press(command.title, lambda: view.run(command), "first")
             line(command)
 
     def changed(value: list[str]) -> None:

@@ -10,9 +10,11 @@ from nicegui import ui
 from friction_models.common import InputError
 from friction_models.common.files import read_json
 from friction_models.common.markup import escape
+from friction_models.loads import not_measured
 
 from .. import commands
 from ..project import is_name
+from ..project.loaded import loaded
 from ..serving import address
 from .compare import CONSTANTS
 from .forming_form import FormState, ask, constants_of, first_form, processes
@@ -109,6 +111,13 @@ async def _coverage(view: View, name: str) -> None:
                 "There are no measurements yet: bring some, and the loads of the process are held against them."
             )
             ui.link("Bring measurements", "/measurements").classes("button")
+            return
+        lacking = not_measured((await asyncio.to_thread(loaded, view.project.inside(data))).points.columns)
+        if lacking:
+            say(
+                f"The measurements in hand, {commands.short(data)}, lack {', '.join(lacking)}: what was tested can be told only where "
+                "all five loads were recorded. Choose others under Measurements."
+            )
             return
         for label, run in runs.items():
             command = commands.forming.coverage(data, run, f"{name}-{label}")

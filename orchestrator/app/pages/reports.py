@@ -55,7 +55,7 @@ async def show(view: View) -> None:
         (
             str(line.get("time", ""))[:19].replace("T", " "),
             line["event"],
-            str(line.get("command") or line.get("model") or line.get("data") or ""),
+            str(line.get("command") or line.get("model") or line.get("data") or line.get("file") or ""),
             _outcome(line),
         )
         for line in _told(lines)[::-1][:_LINES]

@@ -202,7 +202,7 @@ class Worker:
 
     def _run(self, job: Job) -> None:
         file = self.project.root / HISTORY
-        job.expected = expected_seconds(history.read(file), job.command.arguments[0])
+        job.expected = expected_seconds(history.read(file), job.command.line)
         history.add(
             file, history.STARTED, job=job.number, command=job.command.line, title=job.command.title,
             **({"more": job.command.more} if job.command.more else {}),
@@ -305,13 +305,13 @@ def interrupted_commands(project: Project) -> list[Command]:
     return [command for command in found.values() if command is not None]
 
 
-def expected_seconds(lines: list[dict[str, object]], name: str) -> float | None:
-    """Return how long a command took the last times in this project [s].
+def expected_seconds(lines: list[dict[str, object]], command: str) -> float | None:
+    """Return how long a command of the same kind took the last times in this project [s].
 
     Examples
     --------
     >>> entry = {"event": "ended", "code": 0, "command": "tribofmu pack m -o m.fmu"}
-    >>> expected_seconds([{**entry, "seconds": s} for s in (2.0, 3.0, 9.0)], "pack")
+    >>> expected_seconds([{**entry, "seconds": s} for s in (2.0, 3.0, 9.0)], "tribofmu pack other -o other.fmu")
     3.0
     """
     took = [
@@ -320,9 +320,21 @@ def expected_seconds(lines: list[dict[str, object]], name: str) -> float | None:
         if line["event"] == history.ENDED
         and line.get("code") == 0
         and isinstance(line.get("seconds"), int | float)
-        and str(line.get("command", "")).startswith(f"tribofmu {name} ")
+        and _kind(str(line.get("command", ""))) == _kind(command)
     ]
     return median(took[-5:]) if took else None
+
+
+def _kind(line: str) -> tuple[str, ...]:
+    """Return what tells quick commands from slow ones: `compare` with points, and `compare` that forms.
+
+    Examples
+    --------
+    >>> _kind("tribofmu compare --process fre --models 0.08"), _kind("tribofmu compare --models 0.08 --data data/a")
+    (('compare', '--process'), ('compare', '--data'))
+    """
+    words = line.split()
+    return (*words[1:2], *(w for w in words[2:] if w in {"--process", "--press", "--data", "--dry-run"}))
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

@@ -24,6 +24,8 @@ from ..sections.runs import add_runs
 
 #: With more pairs only those are listed that cannot be told apart.
 _PAIRS = 10
+#: Fewer points than these are drawn large.
+_FEW = 300
 
 
 def comparison_page(
@@ -202,7 +204,8 @@ def _parity(c: TestsComparison) -> Chart:
         chart.scatter(
             panel, c.mu[shown], c.predicted[name][shown], mode="markers", text=ids,
             hover="%{text}<br>measured %{x:.4f}<br>predicted %{y:.4f}<extra></extra>",
-            marker={"size": 3, "color": styles[name]["color"], "opacity": 0.45},
+            # A few points are seen only where they are large, many only where they are small.
+            marker={"color": styles[name]["color"], **({"size": 6, "opacity": 0.8} if len(shown) < _FEW else {"size": 3, "opacity": 0.45})},
         )  # fmt: skip
         chart.axes(panel, range=limits)
     chart.dress(300 * chart.rows + 50, x="measured mu", y="predicted mu")

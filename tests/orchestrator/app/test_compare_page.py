@@ -92,6 +92,8 @@ def test_from_a_cell_to_its_tests_to_a_curve(project: Project) -> None:
         ) == 3
         # A cell of the map opens its tests, too, as plotly says it.
         plot = next(e for e in user.find(ui.plotly).elements if e.figure["data"][0].get("type") == "heatmap")
+        # Its labels have room, also where it must be moved sideways.
+        assert plot.style["min-width"] == f"{170 + 110 * len(plot.figure['data'][0]['text'][0])}px"
         (listener,) = [x for x in plot._event_listeners.values() if x.type == "plotly_click"]
         other = next(c for c in cells(frame, "0.08", "v_rel", "T") if c.place != worst.place)
         for points in ([{"x": other.place[0], "y": other.place[1]}], [{"x": "<b>"}], [], None, "x"):
@@ -107,7 +109,7 @@ def test_onnx_models_of_others_stand_beside_our_own(project: Project) -> None:
     async def test(user: Any, worker: Any) -> None:
         await user.open("/compare")
         await user.should_see("models/theirs.onnx")
-        user.find("Compare 2").click()
+        user.find("Compare 2 models").click()
         assert waiting(worker) == [compare("data/sct", ["models/theirs.onnx", "0.08"]).line]
 
     look(project, test)

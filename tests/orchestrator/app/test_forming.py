@@ -18,7 +18,7 @@ from forming.press import PressCurves, PressLevel
 from forming.processes.names import PROCESSES
 from forming.processes.parameters import declared
 from orchestrator.app.commands.forming import Forming, coverage, form
-from orchestrator.app.project import Project
+from orchestrator.app.project import HISTORY, Project, history
 from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
@@ -154,6 +154,18 @@ def test_coverage_is_asked_of_a_run_and_shown(project: Project, monkeypatch: pyt
     look(project, test)
     folders = json.loads((project.root / "runs/upsetting/upsetting-speed-5-T_tool-20/runs.json").read_text())
     assert coverage("data/sct", f"runs/upsetting/upsetting-speed-5-T_tool-20/{folders['0.05']}", "x").line.count("jobs") == 1  # fmt: skip
+
+
+def test_measurements_that_lack_loads_are_not_held_against_a_run(project: Project) -> None:
+    (project.root / "data/oil.csv").write_text("test_id,v_rel,mu\na,1,0.1\nb,2,0.1\n")
+    history.add(project.root / HISTORY, history.CHOSEN, data="data/oil.csv", model="linear")
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/forming")
+        await until(lambda: "oil, lack T, sigma_n, sd, psi" in shown(user))
+        assert "Ask for upsetting" not in shown(user)
+
+    look(project, test)
 
 
 def test_a_press_curve_fills_the_form(example: Project) -> None:

@@ -65,7 +65,7 @@ def test_from_a_dropped_table_to_a_data_set(tmp_path: Path, monkeypatch: pytest.
         assert [f.value for f in sorted(is_, key=lambda f: f.id)] == ["test_id", "v_rel", "", "sigma_n", "mu"]
         # Two pictures: mu over the loads, and every column in the units of the contract.
         assert len(figures(user)) == 2
-        low = fields(user, ui.number, "only rows from")
+        low = fields(user, ui.number, "rows from")
         low[1].set_value(10.5)
         await until(lambda: "20 tests, 20 points" in shown(user))
         fields(user, ui.input, "unit")[1].set_value("m/s")

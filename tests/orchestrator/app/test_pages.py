@@ -162,14 +162,16 @@ def test_a_comparison_and_the_measurements(loop: Project) -> None:
         assert "Errors on tests" in said and "Measured against predicted" in said
         # Errors over each load and over two, parity, response, tests.
         assert len(figures(user)) == 5
-        user.find("Compare 2").click()
+        user.find("Compare 2 models").click()
         assert waiting(worker) == [
             commands.models.compare("data/sct", ["models/linear-stribeck", "0.08"]).line
         ]
         await user.open("/measurements")
         assert "81 train, 30 test" in shown(user) and "sigma_n [MPa]" in shown(user)
+        history.add(loop.root / HISTORY, history.SAVED, file="raw/oil/points.yaml")
         await user.open("/reports")
         await user.should_see("refined sct linear stribeck")
+        assert "raw/oil/points.yaml" in shown(user)
 
     look(loop, test)
 

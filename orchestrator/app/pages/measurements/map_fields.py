@@ -94,7 +94,7 @@ class MapFields:
                         "sign", {"1": "+", "-1": "−"}, str(column.sign), partial(self._sign, column)
                     ).classes("short")
                     self.limits[column.name] = (
-                        self._number("only rows from", column.low, partial(self._set, column, "low")),
+                        self._number("rows from", column.low, partial(self._set, column, "low")),
                         self._number("up to", column.high, partial(self._set, column, "high")),
                     )
 
