@@ -36,7 +36,7 @@ def look(project: Project, test: Callable[[User, Worker], Awaitable[None]]) -> N
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frame, "TICK", 0.03)
-        patch.setattr(frame, "AT_ONCE", 5.0)  # pages come whole where they can
+        patch.setattr(frame, "AT_ONCE", 2.0)  # pages come whole where they can
         patch.setattr(raw_set, "PAUSE", 0.01)
         asyncio.run(whole())
 

@@ -188,17 +188,6 @@ def test_a_press_curve_fills_the_form(example: Project) -> None:
     look(example, test)
 
 
-def test_the_line_pasted_in_a_shell_gives_the_same_numbers(formed: Path, tmp_path: Path) -> None:
-    again = Project.open(tmp_path / "again", example=True).root
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(again)
-        assert run([*form(QUICK).arguments, "-j", "1"]) == 0
-    for name in ("reports/forming-upsetting.json", "reports/forming-upsetting.html"):
-        assert (again / name).read_bytes() == (formed / name).read_bytes()
-    for folder in (formed, again):
-        assert len(list(folder.glob("runs/upsetting/*/jobs/*/run/results.nc"))) == 3
-
-
 def test_run_folders_of_others_lead_nowhere(project: Project) -> None:
     file = project.root / "runs/upsetting/upsetting-speed-5-T_tool-20/runs.json"
     places = ["../../../../etc", "jobs/../../x", "--force", 3, None]
