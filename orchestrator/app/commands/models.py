@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from friction_models.common.wording import counted
+
 from ..project import name_of
 from .command import Command, short
 
@@ -81,4 +83,4 @@ def compare(data: str, models: Sequence[str]) -> Command:
         "--points",
         comparison_points(data),
     )
-    return Command(f"Compare {len(models)} model{'s' * (len(models) != 1)}", arguments)
+    return Command(f"Compare {counted(len(models), 'model')}", arguments)
