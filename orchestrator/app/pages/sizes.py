@@ -22,8 +22,9 @@ def least_width(layout: dict[str, Any]) -> int:
     720
     """
     told = layout.get("meta")
-    if isinstance(told, dict) and isinstance(told.get("least_width"), int):
-        return min(told["least_width"], WIDEST)
+    wanted = told.get("least_width") if isinstance(told, dict) else None
+    if isinstance(wanted, int):
+        return min(wanted, WIDEST)
     axes = [v for k, v in layout.items() if k.startswith("xaxis") and isinstance(v, dict)]
     beside = len({str(a.get("domain")) for a in axes})
     return PANEL * beside if beside > 2 else 0
