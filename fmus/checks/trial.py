@@ -21,6 +21,7 @@ from .schema import problems_of
 from .trial_binaries import binaries
 from .trial_exchange import exchange
 from .trial_friction import friction
+from .trial_map import maps
 from .trial_recorded import recorded
 from .trial_units import units
 
@@ -51,6 +52,7 @@ def run(path: Path, notes: Notes) -> None:
         ("friction", friction),
         ("model exchange", exchange),
         ("reference results", recorded),
+        ("maps", maps),
     ):
         notes.group = group
         try:

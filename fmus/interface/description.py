@@ -131,6 +131,8 @@ def to_xml(description: Description, fmi: str = "2.0", nodes: int = 1) -> bytes:
         element = _variable(variables, variable, numbers, three, nodes)
         if variable.array and size is not None:
             etree.SubElement(element, "Dimension", valueReference=str(size))
+        for length in variable.shape:
+            etree.SubElement(element, "Dimension", start=str(length))
     _structure(root, description, numbers, three)
     if description.annotations and three:
         annotations = etree.SubElement(root, "Annotations")
@@ -182,7 +184,9 @@ def _variable(
     for name, limit in (("nominal", variable.nominal), ("min", variable.lower), ("max", variable.upper)):
         if limit is not None:
             details[name] = text(limit)
-    if variable.start is not None:
+    if variable.shape:
+        details["start"] = " ".join(map(text, variable.starts))
+    elif variable.start is not None:
         details["start"] = " ".join([text(variable.start)] * (nodes if variable.array else 1))
     if three:
         return etree.SubElement(parent, kind, attributes | details)

@@ -175,6 +175,7 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
                 None if s.get("min") is None else float(s["min"]),
                 None if s.get("max") is None else float(s["max"]),
                 _texts(s.get("labels", [])),
+                str(s.get("meaning", "")),
             )
             for s in part("system", [])
         )

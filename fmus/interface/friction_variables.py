@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from friction_models.loads import LOADS, MU
 
-from .quantities import FrictionInterface, Variable, bounds
+from .quantities import FrictionInterface, Variable, bounds, parameter_arrays
 
 #: Names that FMI 3.0 takes besides those of FMI 2.0.
 NAMES = ("time", "n", "domain_indicator")
@@ -214,5 +214,27 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
         upper=MAX_NODES,
         description="number of contact points",
     )
-    shown = [v for v in numbered if interface.domain or v.name != "domain_indicator"]
+    shown = [v for v in _gathered(numbered, interface) if interface.domain or v.name != "domain_indicator"]
     return [time, *([size] if interface.sized else []), *shown]
+
+
+def _gathered(rows: Iterable[Variable], interface: FrictionInterface) -> Iterator[Variable]:
+    """Yield the variables with arrays of system variables in place of their elements.
+
+    An array has the reference of its first element; those of the others are not used.
+    """
+    arrays = parameter_arrays(interface.system)
+    owner = {name: array.name for array in arrays for name in array.elements()}
+    firsts = {array.elements()[0]: array for array in arrays}
+    starts = [p.start for p in interface.system]
+
+    def named(names: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        return None if names is None else tuple(dict.fromkeys(owner.get(n, n) for n in names))
+
+    for row in rows:
+        if row.name in firsts:
+            array = firsts[row.name]
+            values = tuple(starts[array.first : array.first + array.size])
+            yield replace(row, name=array.name, shape=array.shape, starts=values)
+        elif row.name not in owner:
+            yield replace(row, depends=named(row.depends), initial_depends=named(row.initial_depends))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -32,6 +35,11 @@ UNITS: dict[str, dict[str, float]] = {
     "W/(m2 K)": {"kg": 1, "s": -3, "K": -1},
     "kW/(m2 K)": {"kg": 1, "s": -3, "K": -1, "factor": 1e3},
 }
+
+#: Ending of the names of arrays that hold the sampling points of a map.
+AXIS = "_axis"
+#: An element of an array of system variables; no array is larger than what a graph may compute.
+_ELEMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)\[(?P<place>[1-9]\d{0,4}(?:,[1-9]\d{0,4}){0,4})\]", re.ASCII)
 
 #: Ranges of the loads in the reference plan of the tests, used where no trained domain is recorded.
 USUAL = {
@@ -124,6 +132,8 @@ class Variable:
         Name of the state whose derivative this is.
     array : bool
         FMI 3.0: whether it has one element a contact point.
+    shape, starts : tuple
+        FMI 3.0: dimensions of an array of fixed size, and its start values.
 
     Examples
     --------
@@ -147,6 +157,8 @@ class Variable:
     nominal: float | None = None
     derivative: str = ""
     array: bool = False
+    shape: tuple[int, ...] = ()
+    starts: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -161,6 +173,8 @@ class Parameter:
         Range seen in training; not a physical limit.
     labels : tuple of str
         What the numbers 0, 1, 2 ... stand for, where the metadata are text.
+    meaning : str
+        One line that describes it; empty for a system variable that a model was trained with.
 
     Examples
     --------
@@ -176,6 +190,7 @@ class Parameter:
     lower: float | None = None
     upper: float | None = None
     labels: tuple[str, ...] = ()
+    meaning: str = ""
 
     @property
     def minimum(self) -> float | None:
@@ -185,12 +200,67 @@ class Parameter:
     @property
     def description(self) -> str:
         """One line for the model description."""
+        if self.meaning:
+            return self.meaning
         if self.labels:
             meaning = ", ".join(f"{i} = {label}" for i, label in enumerate(self.labels))
             return f"system variable: {meaning}"[:300]
         if self.lower is None or self.upper is None:
             return "system variable"
         return f"system variable, trained from {self.lower:g} to {self.upper:g}"
+
+
+@dataclass(frozen=True)
+class ParameterArray:
+    """System variables that are the elements of one array, the last index fastest: ``mu_map[1,1]``, ``mu_map[1,2]`` ...
+
+    Attributes
+    ----------
+    first : int
+        Place of its first element among the system variables.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    first: int
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return math.prod(self.shape)
+
+    @property
+    def rises(self) -> bool:
+        """Whether its values must rise: the sampling points of a map."""
+        return self.name.endswith(AXIS)
+
+    def elements(self) -> list[str]:
+        """Return the names of the elements."""
+        places = itertools.product(*(range(1, n + 1) for n in self.shape))
+        return [f"{self.name}[{','.join(map(str, place))}]" for place in places]
+
+
+def parameter_arrays(parameters: Sequence[Parameter]) -> list[ParameterArray]:
+    """Return the arrays among system variables, by their names; a name that does not fit is a scalar.
+
+    Examples
+    --------
+    >>> names = ["Ra", "T_axis[1]", "T_axis[2]", "mu_map[1,1]", "mu_map[1,2]", "lone[2]"]
+    >>> [(a.name, a.shape, a.first) for a in parameter_arrays([Parameter(n, "1", 0.0) for n in names])]
+    [('T_axis', (2,), 1), ('mu_map', (1, 2), 3)]
+    """
+    matches = [_ELEMENT.fullmatch(p.name) for p in parameters]
+    arrays = []
+    first = 0
+    for name, group in itertools.groupby(matches, lambda m: m["name"] if m else ""):
+        found = list(group)
+        last = found[-1]
+        if last is not None:
+            array = ParameterArray(name, tuple(int(k) for k in last["place"].split(",")), first)
+            if array.size == len(found) and array.elements() == [m[0] for m in found if m]:
+                arrays.append(array)
+        first += len(found)
+    return arrays
 
 
 @dataclass(frozen=True)

@@ -51,12 +51,47 @@ static int given(const tf_instance *m, size_t n, const void *a, const void *b) {
     return n == 0 || (a && b) ? 1 : tf_fail(m, "an array of the call is missing");
 }
 
-static int is_group(fmi3ValueReference vr) { return vr >= VR_FIRST && vr < VR_FIRST + TF_GROUPS; }
+/* An array of system variables has the value reference of its first element; those of the others are not used. Its
+   element e is a group of its own. */
+#define IS_SYSTEM(group) ((group) >= TF_FIRST_SYSTEM && (group) < TF_FIRST_DER)
+#define GROUP_OF(group, e) (IS_SYSTEM(group) ? (group) + (int)(e) : (group))
+#define POINT_OF(group, e) (IS_SYSTEM(group) ? 0 : (size_t)(e))
 
-/* Number of values of a group. */
+static int is_group(fmi3ValueReference vr) {
+    const int group = (int)vr - VR_FIRST;
+    if (vr < VR_FIRST || vr >= VR_FIRST + TF_GROUPS) return 0;
+    return !IS_SYSTEM(group) || tf_system_length[group - TF_FIRST_SYSTEM];
+}
+
+/* Number of values of a variable. */
 static size_t length_of(const tf_instance *m, int group) {
     (void)m; /* one point is a constant */
-    return group >= TF_FIRST_SYSTEM && group < TF_FIRST_DER ? 1 : TF_N(m);
+    return IS_SYSTEM(group) ? (size_t)tf_system_length[group - TF_FIRST_SYSTEM] : TF_N(m);
+}
+
+static int get_variable(tf_instance *m, int group, double *values) {
+    const size_t count = length_of(m, group);
+    if (!IS_SYSTEM(group)) return tf_get(m, group, 0, count, values);
+    for (size_t e = 0; e < count; ++e)
+        if (!tf_get(m, group + (int)e, 0, 1, values + e)) return 0;
+    return 1;
+}
+
+/* Nothing is set when one of the values is refused. The sampling points of a map rise. */
+static int set_variable(tf_instance *m, int group, const double *values) {
+    const size_t count = length_of(m, group);
+    if (!IS_SYSTEM(group)) return tf_set(m, group, 0, count, values);
+    for (size_t e = 0; e < count; ++e) {
+        if (!isfinite(values[e])) return tf_fail_value(m, "", group + (int)e, 0, values[e]);
+        if (e && tf_system_rises[group - TF_FIRST_SYSTEM] && !(values[e] > values[e - 1])) {
+            char after[120];
+            snprintf(after, sizeof after, " = %g is not above the sampling point before it, %g", values[e], values[e - 1]);
+            return tf_fail_at(m, "", group + (int)e, 0, after);
+        }
+    }
+    for (size_t e = 0; e < count; ++e)
+        if (!tf_set(m, group + (int)e, 0, 1, values + e)) return 0;
+    return 1;
 }
 
 /* Whether the variables have `count` values together, so that nothing outside the arrays of the call is touched. */
@@ -174,7 +209,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
     for (size_t k = 0; k < n; ++k) {
         const int group = (int)vr[k] - VR_FIRST;
         if (is_group(vr[k])) {
-            NEED(tf_get(m, group, 0, length_of(m, group), values));
+            NEED(get_variable(m, group, values));
             values += length_of(m, group);
         } else if (vr[k] == VR_TIME) *values++ = m->head.time;
         else if (vr[k] == VR_INDICATOR && TF_INDICATORS) *values++ = tf_indicator(m);
@@ -192,7 +227,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
         if (vr[k] == VR_TIME) return STATUS(tf_fail(m, "time is the independent variable and cannot be set so"));
         if (vr[k] == VR_INDICATOR && TF_INDICATORS) return STATUS(tf_fail(m, "domain_indicator is calculated and cannot be set"));
         if (!is_group(vr[k])) return STATUS(unknown(m, "Float64", vr[k]));
-        NEED(tf_set(m, group, 0, length_of(m, group), values));
+        NEED(set_variable(m, group, values));
         values += length_of(m, group);
     }
     return fmi3OK;

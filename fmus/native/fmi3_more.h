@@ -72,12 +72,14 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference vr, si
         const size_t i = k / each, what = k % each;
         const int state = (int)what - TF_LOADS, parameter = state - TF_CONTINUOUS_STATES;
         const int own = parameter < 0; /* of this point */
+        int first = parameter;         /* element of the array of system variables, which has one value reference */
+        while (!own && parameter < TF_SYSTEM && !tf_system_length[first]) --first;
         dependents[k] = is_group(vr) ? i + 1 : 1; /* elements are numbered from 1 */
         independents[k] = (fmi3ValueReference)(state < 0               ? VR_FIRST + (int)what
                                                : own                   ? VR_FIRST + TF_FIRST_STATE + state
-                                               : parameter < TF_SYSTEM ? VR_FIRST + TF_FIRST_SYSTEM + parameter
+                                               : parameter < TF_SYSTEM ? VR_FIRST + TF_FIRST_SYSTEM + first
                                                                        : VR_CLAMP);
-        elements[k] = own ? i + 1 : 1;
+        elements[k] = own ? i + 1 : (size_t)(parameter - first) + 1;
         kinds[k] = fmi3Dependent;
     }
     return fmi3OK;
@@ -108,13 +110,16 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     good = 1;
     for (size_t k = 0; good && k < nKnowns; ++k) {
         const int group = (int)knowns[k] - VR_FIRST;
-        for (size_t i = 0; good && i < length_of(m, group); ++i) good = tf_add_seed(m, dP, group, i, seed[at++]);
+        for (size_t i = 0; good && i < length_of(m, group); ++i)
+            good = tf_add_seed(m, dP, GROUP_OF(group, i), POINT_OF(group, i), seed[at++]);
     }
     at = 0;
     for (size_t k = 0; good && k < nUnknowns; ++k) {
         const int group = (int)unknowns[k] - VR_FIRST;
         if (unknowns[k] == VR_IN_DOMAIN) sensitivity[at++] = 0.0; /* it jumps, and is constant in between */
-        else for (size_t i = 0; good && i < length_of(m, group); ++i) good = tf_forward(m, dP, group, i, sensitivity + at++);
+        else
+            for (size_t i = 0; good && i < length_of(m, group); ++i)
+                good = tf_forward(m, dP, GROUP_OF(group, i), POINT_OF(group, i), sensitivity + at++);
     }
     memset(m->seed, 0, (TF_LOADS + TF_STATES) * TF_N(m) * sizeof(double));
     return STATUS(good);
@@ -162,16 +167,19 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
         const int group = (int)knowns[k] - VR_FIRST;
         double unused[TF_AT_LEAST_ONE(TF_SYSTEM)];
         NEED(tf_seed_place(m, unused, group, 0) != NULL);
-        if (length_of(m, group) == TF_N(m) && (group < TF_FIRST_SYSTEM)) {
+        if (!IS_SYSTEM(group)) {
             for (size_t i = 0; i < TF_N(m); ++i, ++at) {
                 double sum = 0.0;
                 NEED(adjoint_at(m, unknowns, nUnknowns, seed, group, i, &sum));
                 sensitivity[at] = sum;
             }
         } else { /* a system variable acts on all points */
-            double sum = 0.0;
-            for (size_t i = 0; i < TF_N(m); ++i) NEED(adjoint_at(m, unknowns, nUnknowns, seed, group, i, &sum));
-            sensitivity[at++] = sum;
+            for (size_t e = 0; e < length_of(m, group); ++e, ++at) {
+                double sum = 0.0;
+                for (size_t i = 0; i < TF_N(m); ++i)
+                    NEED(adjoint_at(m, unknowns, nUnknowns, seed, GROUP_OF(group, e), i, &sum));
+                sensitivity[at] = sum;
+            }
         }
     }
     return fmi3OK;

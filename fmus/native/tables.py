@@ -10,7 +10,7 @@ import numpy as np
 from friction_models.loads import LOADS
 
 from ..interface.friction_source import FrictionSource
-from ..interface.quantities import FrictionInterface
+from ..interface.quantities import FrictionInterface, parameter_arrays
 from .tensors import Array
 
 
@@ -90,10 +90,23 @@ def interface_tables(source: FrictionSource, interface: FrictionInterface) -> st
         table("tf_system_start", [p.start for p in source.system] or [0.0]),
         table("tf_system_lower", [-np.inf if p.lower is None else p.lower for p in source.system] or [0.0]),
         table("tf_system_upper", [np.inf if p.upper is None else p.upper for p in source.system] or [0.0]),
+        *_array_tables(source),
     ]
     return "\n".join(parts)
 
 
+def _array_tables(source: FrictionSource) -> list[str]:
+    """Return, for each system variable, the length of the array that begins with it (0 inside of one), and whether it must rise."""
+    lengths, rises = [1] * len(source.system), [0] * len(source.system)
+    for array in parameter_arrays(source.system):
+        lengths[array.first : array.first + array.size] = [array.size] + [0] * (array.size - 1)
+        rises[array.first] = int(array.rises)
+    return [
+        rows("tf_system_length", [str(k) for k in lengths] or ["0"], "int"),
+        rows("tf_system_rises", [str(k) for k in rises] or ["0"], "int"),
+    ]
+
+
 def _names(name: str, texts: Sequence[str]) -> str:
-    quoted = ", ".join(f'"{"".join(c for c in t if c.isalnum() or c in "_.[]")}"' for t in texts) or '""'
+    quoted = ", ".join(f'"{"".join(c for c in t if c.isalnum() or c in "_.,[]")}"' for t in texts) or '""'
     return f"TF_UNUSED static const char *const {name}[] = {{{quoted}}};"

@@ -8,7 +8,7 @@ from html import escape
 from friction_models.loads import LOADS, MU
 
 from ..interface.friction_source import FrictionSource
-from ..interface.quantities import FrictionInterface, bounds
+from ..interface.quantities import FrictionInterface, bounds, parameter_arrays
 from ..interface.time_constants import fastest_time_constant, hint
 from ..native.platforms import PLATFORMS
 from .documentation import card_json, cell, html
@@ -127,7 +127,15 @@ def _variables(source: FrictionSource, interface: FrictionInterface, fmi: str) -
     add("in_domain", "output", "", "whether every point in contact is inside the domain", array=False)
     for s in interface.states:
         add(s.name, "memory", s.unit, "memory of the contact point", _number(s.start))
-    for p in interface.system:
+    arrays = parameter_arrays(interface.system)
+    for a in arrays:
+        own = interface.system[a.first]
+        values = [p.start for p in interface.system[a.first : a.first + a.size]]
+        name = f"{a.name}[{','.join(map(str, a.shape))}]" if fmi == "3.0" else a.elements()[0] + " ..."
+        span = _range(min(values), max(values))
+        add(name, "parameter", own.unit, own.description, span, array=False)
+    inside = {name for a in arrays for name in a.elements()}
+    for p in (p for p in interface.system if p.name not in inside):
         domain = _range(p.lower, p.upper)
         add(p.name, "parameter", p.unit, p.description, _number(p.start), domain, array=False)
     clamp = "whether loads outside the trained domain are moved to its border before mu is evaluated"

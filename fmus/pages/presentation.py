@@ -1,8 +1,9 @@
-"""Icon, terminal of the friction port, and licence of an FMU."""
+"""Icon, terminals of the friction port and of a map, and licence of an FMU."""
 
 from __future__ import annotations
 
 from ..interface.friction_source import FrictionSource
+from ..interface.ls_struct import MANIFEST, manifest, map_axes, with_map_terminal
 from .documentation import ASSETS
 
 #: One line for the attribute `license` of the model description.
@@ -19,12 +20,18 @@ def presentation_files(source: FrictionSource, fmi: str) -> dict[str, bytes]:
     source : FrictionSource
         Author and licence of the model are taken from its card where it names them.
     fmi : {"2.0", "3.0"}
-        FMI 2.0 knows an icon only (``model.png``); FMI 3.0 has terminals with icons of their own.
+        FMI 2.0 knows an icon only (``model.png``); FMI 3.0 has terminals with icons of their own, also that of
+        a friction map, with the manifest of the layered standard.
     """
     files = {"documentation/licenses/license.txt": licence_text(source).encode()}
     if fmi != "3.0":
         return files | {"model.png": (ASSETS / "icon.png").read_bytes()}
-    return files | {f"terminalsAndIcons/{name}": (ASSETS / name).read_bytes() for name in _TERMINALS}
+    files |= {f"terminalsAndIcons/{name}": (ASSETS / name).read_bytes() for name in _TERMINALS}
+    axes = map_axes(source.system)
+    if axes:
+        terminals = f"terminalsAndIcons/{_TERMINALS[-1]}"
+        files |= {terminals: with_map_terminal(files[terminals], axes), MANIFEST: manifest()}
+    return files
 
 
 def licence_text(source: FrictionSource) -> str:

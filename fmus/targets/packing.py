@@ -16,16 +16,19 @@ from ..archive.content import write_archive
 from ..archive.made_here import remember
 from ..exports import TARGETS as EXPORT_TARGETS
 from ..exports import export
+from ..exports.common import checked_options
 from ..interface.description import c_identifier
 from ..interface.friction_source import FrictionSource
 from ..interface.friction_variables import MAX_NODES
 from ..interface.friction_variables import NAMES as FMI3_NAMES
+from ..interface.ls_struct import map_axes
+from ..interface.quantities import parameter_arrays
 from ..pages.friction_page import friction_documents
 from ..source.reading import read_source
 
 FMI_VERSIONS = ("2.0", "3.0")
 #: Targets that are FMUs; those of `fmus.exports` are folders of sources or tables.
-FMU_TARGETS = ("native", "python")
+FMU_TARGETS = ("native", "python", "map")
 TARGETS = (*FMU_TARGETS, *EXPORT_TARGETS)
 #: Longest name of an FMU: it names files and functions.
 _MAX_NAME = 64
@@ -36,7 +39,7 @@ def pack(
     path: str | os.PathLike[str],
     target: str = "native",
     nodes: int = 1,
-    fmi: str = "2.0",
+    fmi: str | None = None,
     platforms: Sequence[str] | None = None,
     spec: str | os.PathLike[str] | None = None,
     interval: bool = False,
@@ -55,12 +58,13 @@ def pack(
         The FMU to write (``.fmu``); the folder to write for the other targets.
     target : str
         `native`: C generated from the ONNX graph, needs nothing to run. `python`: ONNX Runtime in
-        the Python interpreter of the simulator. The others: see `fmus.exports`.
+        the Python interpreter of the simulator. `map`: a native FMU of FMI 3.0 whose mu comes from a map over up to three
+        loads that is a parameter (`fmus.targets.friction_map`). The others: see `fmus.exports`.
     nodes : int
         Number of contact points; above 1 the variables of FMI 2.0 are ``v_rel[1]`` ... ``v_rel[nodes]``,
         while FMI 3.0 has arrays whose length ``n`` starts at `nodes` and can be set by the simulator.
-    fmi : {"2.0", "3.0"}
-        Version of the standard; ``"2"`` and ``"3"`` will do.
+    fmi : {"2.0", "3.0"}, optional
+        Version of the standard; ``"2"`` and ``"3"`` will do. By default 2.0, for a map 3.0, which has arrays.
     platforms : sequence of str, optional
         Platforms of a native FMU (`fmus.native.platforms`, or ``all``); this machine's by default.
     spec : path-like, optional
@@ -74,7 +78,7 @@ def pack(
         Name of the model and C identifier of the FMU (`modelIdentifier`); by default the identifier is made of the
         family and a hash of the content, so that no two models share it.
     **options
-        Of the targets of `fmus.exports`.
+        Of the targets of `fmus.exports`, and of `map`.
 
     Returns
     -------
@@ -99,7 +103,8 @@ def pack(
     """
     if target not in TARGETS:
         raise unknown_name("target", target, TARGETS)
-    version = {"2": "2.0", "3": "3.0"}.get(str(fmi), str(fmi))
+    given = ("3.0" if target == "map" else "2.0") if fmi is None else str(fmi)
+    version = {"2": "2.0", "3": "3.0"}.get(given, given)
     if version not in FMI_VERSIONS:
         raise unknown_name("FMI version", fmi, FMI_VERSIONS)
     if isinstance(nodes, bool) or not isinstance(nodes, Integral) or not 1 <= nodes <= MAX_NODES:
@@ -119,7 +124,7 @@ def pack(
         if Path(path).suffix == ".fmu":
             raise InputError(f"{path}: target {target!r} writes a folder, allowed: a name without '.fmu'")
         return export(read_source(model, spec=spec, target=target), path, target, **options)
-    if options:
+    if options and target != "map":
         option = next(iter(options))
         raise InputError(f"{option} = {options[option]!r} is no option of target {target!r}; allowed: none")
     if Path(path).suffix != ".fmu":
@@ -129,6 +134,14 @@ def pack(
     if arrays and version != "3.0":
         raise InputError(f"arrays with FMI version {version!r}, allowed: '3.0' (FMI 2.0 has scalars only)")
     source = read_source(model, spec=spec, target=target)
+    if target == "map":
+        if version != "3.0" or interval:
+            wrong = "interval" if interval else f"FMI version {version!r}"
+            raise InputError(
+                f"{wrong} of target 'map', allowed: FMI 3.0, which has arrays, without an interval"
+            )
+        source = as_map(source, **options)
+        target = "native"
     interface = source.interface(int(nodes), bool(interval), bool(arrays))
     _check_names(source)
     if target == "native":
@@ -149,6 +162,21 @@ def pack(
     return remember(write_archive(path, files))
 
 
+def as_map(source: FrictionSource, **options: Any) -> FrictionSource:
+    """Return a friction map, a map as it is; the options are those of `fmus.targets.friction_map.friction_map`.
+
+    Raises
+    ------
+    InputError
+        An unknown option, or what cannot become a map.
+    """
+    if map_axes(source.system) and not options:
+        return source
+    from .friction_map import OPTIONS, friction_map
+
+    return friction_map(source, **checked_options("map", options, OPTIONS))
+
+
 def _check_identifier(name: str) -> None:
     if not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII) or len(name) > _MAX_NAME:
         near = c_identifier(name)[:_MAX_NAME]
@@ -160,7 +188,10 @@ def _check_identifier(name: str) -> None:
 def _check_names(source: FrictionSource) -> None:
     taken = {q.name for q in LOADS} | {"mu", "domain_distance", "in_domain", "clamp_to_domain", *FMI3_NAMES}
     taken |= {"mu_low", "mu_high"}
-    for name in [s.name for s in source.states] + [p.name for p in source.system]:
+    arrays = parameter_arrays(source.system)
+    elements = {name for array in arrays for name in array.elements()}
+    single = [p.name for p in source.system if p.name not in elements]
+    for name in [s.name for s in source.states] + single + [a.name for a in arrays]:
         if name in taken or not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII):
             raise InputError(
                 f"{source.where}: state or system variable {name!r} cannot be an FMI variable; "

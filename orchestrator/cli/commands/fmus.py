@@ -46,12 +46,13 @@ def pack(
     target: Annotated[
         str | None,
         typer.Option(
-            help="native (C, needs nothing; default) or python (ONNX Runtime). Exports for codes without FMUs: "
+            help="native (C, needs nothing; default), python (ONNX Runtime) or map (FMI 3: a table of mu that can be "
+            "calibrated, FMI-LS-STRUCT). Exports for codes without FMUs: "
             "c, ufric (Marc, Simufact), vfric and abaqus (Abaqus: code, table), deform, lsdyna, qform, radioss, calculix, "
             "table. Of the solvers: python (default) or process."
         ),
     ] = None,
-    fmi: Annotated[str, typer.Option(help="FMI version, 2 or 3.")] = "2.0",
+    fmi: Annotated[str | None, typer.Option(help="FMI version, 2 (default) or 3 (a map).")] = None,
     nodes: Annotated[int, typer.Option(min=1, help="Contact points of a friction FMU.")] = 1,
     arrays: Annotated[
         bool,
@@ -89,7 +90,8 @@ def pack(
     parameters: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", help="Parameter of a solver FMU or option of an export: half_angle=45, tolerance=1e-3."
+            "--set",
+            help="Parameter of a solver FMU or option of an export or map: half_angle=45, tolerance=1e-3, axes=v_rel,T.",
         ),
         Reads(),
     ] = None,
@@ -105,7 +107,7 @@ def pack(
             raise InputError(f"--spec, --ssp and --interval: allowed for friction models, not for {model!r}")
         if arrays or name is not None:
             raise InputError(f"--arrays and --name: allowed for friction models, not for {model!r}")
-        if nodes != 1 or fmi not in {"2", "2.0"}:
+        if nodes != 1 or fmi not in {None, "2", "2.0"}:
             points = "--set n_points=80" if model == "forming" else "neither"
             raise InputError(f"--nodes and --fmi are those of friction FMUs; allowed for {model!r}: {points}")
         packer = fmus.pack_forming if model == "forming" else fmus.pack_twin
@@ -113,9 +115,12 @@ def pack(
         say(f"written: {path}")
         return
     from fmus.source.reading import read_source
+    from fmus.targets.packing import as_map
 
     chosen = target or "native"
     source = read_source(_source(model), spec=spec, target=chosen)
+    if chosen == "map":  # its note tells how far the map is from the model
+        source, values = as_map(source, **values), {}
     options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
     options |= {key: value for key, value in (("interval", interval), ("arrays", arrays)) if value}
     if name is not None:
