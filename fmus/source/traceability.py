@@ -8,7 +8,7 @@ same bytes: the time is that of the variable ``SOURCE_DATE_EPOCH`` and is left o
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from lxml import etree
@@ -43,16 +43,43 @@ def traceability_files(source: FrictionSource) -> dict[str, bytes]:
     """
     if not source.card:
         return {}
-    about = {"version": VERSION, "name": source.name, "generationTool": "tribofmu"}
-    if author := str(source.card.get("author") or ""):
-        about["author"] = author
+    head = about(source.name, str(source.card.get("author") or ""))
+    root = etree.Element(f"{{{SRMD}}}SimulationResourceMetaData", head, nsmap={"srmd": SRMD, "stc": STC})
+    classify(root, KIND, facts(source))
+    return {PATH: to_bytes(root)}
+
+
+def about(name: str, author: str) -> dict[str, str]:
+    """Return the attributes that every file of metadata begins with.
+
+    Raises
+    ------
+    InputError
+        ``SOURCE_DATE_EPOCH`` is no number of seconds.
+
+    Examples
+    --------
+    >>> about("law", "A. Maker")["author"]
+    'A. Maker'
+    """
+    head = {"version": VERSION, "name": text_of(name), "generationTool": "tribofmu"}
+    if author:
+        head["author"] = text_of(author)
     if when := build_time():
-        about["generationDateAndTime"] = when.strftime("%Y-%m-%dT%H:%M:%SZ")
-    root = etree.Element(f"{{{SRMD}}}SimulationResourceMetaData", about, nsmap={"srmd": SRMD, "stc": STC})
-    group = etree.SubElement(root, f"{{{STC}}}Classification", {"type": KIND})
-    for keyword, value in facts(source):
-        etree.SubElement(group, f"{{{STC}}}ClassificationEntry", {"keyword": keyword}).text = value
-    return {PATH: etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)}
+        head["generationDateAndTime"] = when.strftime("%Y-%m-%dT%H:%M:%SZ")
+    return head
+
+
+def classify(parent: etree._Element, kind: str, entries: Iterable[tuple[str, str]]) -> None:
+    """Write keywords and values below an element; `kind` says whose words they are."""
+    group = etree.SubElement(parent, f"{{{STC}}}Classification", {"type": kind})
+    for keyword, value in entries:
+        etree.SubElement(group, f"{{{STC}}}ClassificationEntry", {"keyword": text_of(keyword)}).text = value
+
+
+def to_bytes(root: etree._Element) -> bytes:
+    """Return a file of metadata."""
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
 def facts(source: FrictionSource) -> Iterator[tuple[str, str]]:
@@ -64,26 +91,42 @@ def facts(source: FrictionSource) -> Iterator[tuple[str, str]]:
     data, splits = _part(card, "data"), _part(card, "splits")
     for key in ("points", "tests", "synthetic"):
         if key in data:
-            yield f"data.{key}", _text(data[key])
+            yield f"data.{key}", text_of(data[key])
     for key, value in _part(data, "provenance").items():
-        yield f"data.provenance.{key}", _text(value)
+        yield f"data.provenance.{key}", text_of(value)
     if digests := _part(splits, "digests"):
         lines = "".join(f"{test} {digest}\n" for test, digest in sorted(digests.items()))
         yield "data.sha256", hashlib.sha256(lines.encode()).hexdigest()
     for key, value in splits.items():
         if key != "digests":
-            yield f"split.{key}", " ".join(map(_text, value)) if isinstance(value, list) else _text(value)
+            yield f"split.{key}", " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)
     for role, measures in _part(card, "errors").items():
         if isinstance(measures, Mapping):
             for key in _ERRORS:
                 if key in measures:
-                    yield f"error.{role}.{key}", _text(measures[key])
+                    yield f"error.{role}.{key}", text_of(measures[key])
+    for key, value in _part(card, "diagnosis").items():
+        yield f"diagnosis.{key}", " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)
+    history = card.get("refinement")
+    for k, entry in enumerate(history if isinstance(history, list) else []):
+        for key, value in entry.items() if isinstance(entry, Mapping) else ():
+            if isinstance(value, Mapping):
+                for name in _ERRORS:
+                    if name in value:
+                        yield f"refinement.{k + 1}.{key}.{name}", text_of(value[name])
+            elif value:
+                words = " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)
+                yield f"refinement.{k + 1}.{key}", words
+    made = _part(card, "map")
+    for name, entry in (("of", made.get("of")), ("remaining", made.get("remaining"))):
+        for key, value in entry.items() if isinstance(entry, Mapping) else ():
+            yield f"map.{name}.{key.replace(' ', '_')}", text_of(value)
     for load, (lower, upper) in source.domain.items():
         yield f"domain.{load}", f"{lower:g} {upper:g}"
     for load in source.absent:
         yield f"domain.{load}", "not measured"
     for package, version in _part(card, "versions").items():
-        yield f"version.{package}", _text(version)
+        yield f"version.{package}", text_of(version)
 
 
 def _part(whole: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -92,8 +135,16 @@ def _part(whole: Mapping[str, Any], name: str) -> dict[str, Any]:
     return dict(found) if isinstance(found, Mapping) else {}
 
 
-def _text(value: object) -> str:
-    """Return a value as text that XML can hold."""
+def text_of(value: object) -> str:
+    """Return a value as text that XML can hold.
+
+    Examples
+    --------
+    >>> text_of(True), text_of(0.1234567890), text_of("a\\x00b"), text_of(None)
+    ('true', '0.123457', 'ab', 'not recorded')
+    """
+    if value is None:
+        return "not recorded"
     text = (
         f"{value:.6g}"
         if isinstance(value, float)

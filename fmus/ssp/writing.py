@@ -28,6 +28,7 @@ from .systems import (
     Structure,
     Value,
 )
+from .traceability import traceability_files
 
 
 def write_ssp(
@@ -35,7 +36,7 @@ def write_ssp(
     structure: Structure,
     resources: Mapping[str, str | os.PathLike[str]],
 ) -> Path:
-    """Write an SSP 1.0 archive. Equal content gives equal bytes.
+    """Write an SSP 1.0 archive, with metadata of where it comes from. Equal content gives equal bytes.
 
     Parameters
     ----------
@@ -72,22 +73,22 @@ def write_ssp(
             raise InputError(
                 f"{path}: component {component.name!r} refers to {component.source!r}, which is not among the resources"
             )
-    units = _units(structure, resources)
+    descriptions = {name: read_description(file) for name, file in resources.items()}
+    units = _units(structure, descriptions)
     for file in resources.values():
         check_content(file)
     files = {name: Path(file).read_bytes() for name, file in resources.items()}
-    return write_archive(path, files | {DESCRIPTION: to_ssd(structure, units)})
+    files[DESCRIPTION] = to_ssd(structure, units)
+    return write_archive(path, files | traceability_files(structure, files, descriptions))
 
 
-def _units(
-    structure: Structure, resources: Mapping[str, str | os.PathLike[str]]
-) -> dict[str, dict[str, str]]:
+def _units(structure: Structure, descriptions: Mapping[str, etree._Element]) -> dict[str, dict[str, str]]:
     """Return the base units of all units that connectors have, as the FMUs define them."""
     connectors = [*structure.connectors, *(c for part in structure.components for c in part.connectors)]
     needed = {c.unit for c in connectors} - {""}
     defined: dict[str, dict[str, str]] = {}
-    for name in sorted(resources):
-        for unit in read_description(resources[name]).iterfind("UnitDefinitions/Unit"):
+    for name in sorted(descriptions):
+        for unit in descriptions[name].iterfind("UnitDefinitions/Unit"):
             base = unit.find("BaseUnit")
             defined.setdefault(str(unit.get("name")), {} if base is None else dict(base.attrib))
     return {name: defined.get(name, {}) for name in sorted(needed)}

@@ -24,6 +24,7 @@ from ..interface.friction_variables import NAMES as FMI3_NAMES
 from ..interface.ls_struct import map_axes
 from ..interface.quantities import parameter_arrays
 from ..pages.friction_page import friction_documents
+from ..source.diagnosis import with_diagnosis
 from ..source.reading import read_source
 
 FMI_VERSIONS = ("2.0", "3.0")
@@ -45,6 +46,7 @@ def pack(
     interval: bool = False,
     arrays: bool = False,
     name: str | None = None,
+    diagnosis: str | os.PathLike[str] | None = None,
     **options: Any,
 ) -> Path:
     """Write a friction model as an FMU, or as sources or a table for codes that load no FMUs.
@@ -77,6 +79,8 @@ def pack(
     name : str, optional
         Name of the model and C identifier of the FMU (`modelIdentifier`); by default the identifier is made of the
         family and a hash of the content, so that no two models share it.
+    diagnosis : path-like, optional
+        What ``diagnose --json`` wrote: its verdict goes into the card and the metadata that are packed with the model.
     **options
         Of the targets of `fmus.exports`, and of `map`.
 
@@ -123,7 +127,7 @@ def pack(
             )
         if Path(path).suffix == ".fmu":
             raise InputError(f"{path}: target {target!r} writes a folder, allowed: a name without '.fmu'")
-        return export(read_source(model, spec=spec, target=target), path, target, **options)
+        return export(_read(model, spec, target, diagnosis), path, target, **options)
     if options and target != "map":
         option = next(iter(options))
         raise InputError(f"{option} = {options[option]!r} is no option of target {target!r}; allowed: none")
@@ -133,7 +137,7 @@ def pack(
         _check_identifier(name)
     if arrays and version != "3.0":
         raise InputError(f"arrays with FMI version {version!r}, allowed: '3.0' (FMI 2.0 has scalars only)")
-    source = read_source(model, spec=spec, target=target)
+    source = _read(model, spec, target, diagnosis)
     if target == "map":
         if version != "3.0" or interval:
             wrong = "interval" if interval else f"FMI version {version!r}"
@@ -160,6 +164,16 @@ def pack(
         files = friction_files(source, interface, name or "")
     files |= friction_documents(source, interface, files, target, version)
     return remember(write_archive(path, files))
+
+
+def _read(
+    model: object,
+    spec: str | os.PathLike[str] | None,
+    target: str,
+    diagnosis: str | os.PathLike[str] | None,
+) -> FrictionSource:
+    source = read_source(model, spec=spec, target=target)
+    return source if diagnosis is None else with_diagnosis(source, diagnosis)
 
 
 def as_map(source: FrictionSource, **options: Any) -> FrictionSource:

@@ -257,7 +257,12 @@ class FrictionLaw(RegressorMixin, BaseEstimator):
             "system_variables": [v.to_dict() for v in self.system_variables],
             "versions": training.get("versions", versions()),
         }
-        return card if self.interval is None else {**card, "interval": self.interval.summary()}
+        if self.interval is not None:
+            card["interval"] = self.interval.summary()
+        history = getattr(self, "error_history_", [])
+        if history:
+            card["refinement"] = [dict(entry) for entry in history]
+        return card
 
     def parts(self) -> Learned:
         """Return everything that makes the model: a JSON-able dict and arrays."""

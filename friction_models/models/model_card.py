@@ -74,6 +74,7 @@ class ModelCard(TypedDict):
     system_variables: list[JsonObject]
     versions: dict[str, str]
     interval: NotRequired[IntervalNumbers]
+    refinement: NotRequired[list[JsonObject]]
 
 
 @cache

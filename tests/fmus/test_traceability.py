@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import zipfile
 from pathlib import Path
 
@@ -14,6 +16,7 @@ from fmus.source.reading import read_source
 from fmus.source.traceability import PATH, SRMD, STC, traceability_files
 from friction_models import LinearFriction
 from friction_models.common import InputError
+from friction_models.discovery import refine
 
 from ..friction_models.made_up import campaign
 
@@ -77,3 +80,45 @@ def test_packed_fmus_hold_it(target: str, tmp_path: Path) -> None:
     card = read_source(model).card
     assert found["model.family"] == "linear" and found["data.points"] == str(card["data"]["points"])
     assert float(found["error.train.rmse"]) == pytest.approx(card["errors"]["train"]["rmse"], rel=1e-5)
+
+
+def test_verdict_of_the_diagnosis_and_rounds_of_refinement_stand_in_the_packed_file(tmp_path: Path) -> None:
+    points = campaign(tests=8, points=8)
+    better = refine(points, model="constant", add="thermal_softening", force=True)
+    answer = {
+        "verdict": "explained",
+        "sentence": "Thermal softening is missing <from> the model",
+        "effects": ["thermal_softening"],
+        "confusion_set": ["thermal_softening", "hersey"],
+        "confidence": 0.75,
+        "model": "constant",
+        "synthetic": True,
+        "error_budget": {},
+        "ranking": [1, 2, 3],
+    }
+    (tmp_path / "answer.json").write_text(json.dumps(answer))
+    path = pack(better, tmp_path / "law.fmu", target="python", diagnosis=tmp_path / "answer.json")
+    with zipfile.ZipFile(path) as archive:
+        found = entries(archive.read(PATH))
+        card = json.loads(archive.read("documentation/card.json"))
+    told = {k.removeprefix("diagnosis."): v for k, v in found.items() if k.startswith("diagnosis.")}
+    digest = hashlib.sha256((tmp_path / "answer.json").read_bytes()).hexdigest()
+    assert told == {
+        "verdict": "explained",
+        "sentence": "Thermal softening is missing <from> the model",
+        "effects": "thermal_softening",
+        "confusion_set": "thermal_softening hersey",
+        "confidence": "0.75",
+        "model": "constant",
+        "synthetic": "true",
+        "file_sha256": digest,
+    }
+    assert card["diagnosis"]["verdict"] == "explained"
+    (round_,) = better.error_history_  # type: ignore[attr-defined]
+    assert found["refinement.1.added"] == "thermal_softening"
+    assert found["refinement.1.judged_by"] == round_["judged_by"]
+    for side in ("before", "after"):
+        assert float(found[f"refinement.1.{side}.rmse"]) == pytest.approx(round_[side]["rmse"], rel=1e-5)
+    (tmp_path / "answer.json").write_text(json.dumps({"verdict": "fine"}))
+    with pytest.raises(InputError, match=r"answer\.json: no diagnosis; allowed: a file that diagnose --json"):
+        pack(better, tmp_path / "other.fmu", target="python", diagnosis=tmp_path / "answer.json")

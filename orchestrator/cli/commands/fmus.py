@@ -87,6 +87,14 @@ def pack(
             help="Friction FMU: also the outputs mu_low and mu_high, the model's prediction interval.",
         ),
     ] = False,
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option(
+            help="What `diagnose --json` wrote: its verdict is packed with the friction model.",
+            metavar="FILE",
+        ),
+        Reads(),
+    ] = None,
     parameters: Annotated[
         list[str] | None,
         typer.Option(
@@ -105,8 +113,10 @@ def pack(
     if model in {"forming", "twin"}:
         if spec is not None or ssp or interval:
             raise InputError(f"--spec, --ssp and --interval: allowed for friction models, not for {model!r}")
-        if arrays or name is not None:
-            raise InputError(f"--arrays and --name: allowed for friction models, not for {model!r}")
+        if arrays or name is not None or diagnosis is not None:
+            raise InputError(
+                f"--arrays, --name and --diagnosis: allowed for friction models, not for {model!r}"
+            )
         if nodes != 1 or fmi not in {None, "2", "2.0"}:
             points = "--set n_points=80" if model == "forming" else "neither"
             raise InputError(f"--nodes and --fmi are those of friction FMUs; allowed for {model!r}: {points}")
@@ -123,8 +133,7 @@ def pack(
         source, values = as_map(source, **values), {}
     options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
     options |= {key: value for key, value in (("interval", interval), ("arrays", arrays)) if value}
-    if name is not None:
-        options["name"] = name
+    options |= {key: value for key, value in (("name", name), ("diagnosis", diagnosis)) if value is not None}
     if boundary and not (ssp or out.suffix == ".ssp"):
         raise InputError("--boundary: belongs to an archive; allowed: with --ssp or a file .ssp")
     if ssp or out.suffix == ".ssp":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import hashlib
 import pickle
 import zipfile
 from pathlib import Path
@@ -281,3 +282,42 @@ def test_inputs_of_the_system_have_start_values(fmu: dict[str, Path], tmp_path: 
         "process.force"
     ]
     assert np.all(np.abs(other - wanted)[1:] > 1e-6)
+
+
+def test_archives_say_what_they_were_made_of(
+    fmu: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    made = system(fmu, "one")
+    made.provenance["author"] = "A. Maker"
+    with zipfile.ZipFile(made.export(tmp_path / "one.ssp")) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+    folder = "extra/org.ssp-standard.ssp-traceability"
+    space = "{http://ssp-standard.org/SSPTraceability1/"
+    entry = f"{space}SSPTraceabilityCommon}}ClassificationEntry"
+
+    task = etree.fromstring(files[f"{folder}.stmd/SimulationTask.stmd"])
+    whole = etree.fromstring(files[f"{folder}.srmd/resourceMetaData.srmd"])
+    assert task.tag == f"{space}SimulationTaskMetaData}}SimulationTaskMetaData"
+    assert whole.tag == f"{space}SimulationResourceMetaData}}SimulationResourceMetaData"
+    for root in (task, whole):
+        assert (root.get("version"), root.get("name")) == ("1.0.0-rc.2", "extrusion & test")
+        assert (root.get("author"), root.get("generationTool")) == ("A. Maker", "tribofmu")
+        assert root.get("generationDateAndTime") == "1970-01-02T00:00:00Z"
+    told = {e.get("keyword"): e.text for e in whole.iter(entry)}
+    resources = {r.get("source"): r for r in task.iter(f"{space}SSPTraceabilityCommon}}Resource")}
+    names = ["resources/friction.fmu", "resources/process.fmu", DESCRIPTION]
+    assert list(resources) == [f"../../{name}" for name in names]
+    for name in names:
+        found = {e.get("keyword"): e.text for e in resources[f"../../{name}"].iter(entry)}
+        assert found["sha256"] == told[f"sha256.{name}"] == digests[name]
+    friction = {e.get("keyword"): e.text for e in resources["../../resources/friction.fmu"].iter(entry)}
+    assert friction["generationTool"] == "tribofmu" and friction["fmiVersion"] == "2.0"
+    assert friction["components"] == " ".join(f"friction_{k + 1}" for k in range(POINTS))
+
+    # Another content is another task; without the variable no time is told.
+    monkeypatch.delenv("SOURCE_DATE_EPOCH")
+    with zipfile.ZipFile(system(fmu, "scalars").export(tmp_path / "other.ssp")) as archive:
+        other = etree.fromstring(archive.read(f"{folder}.stmd/SimulationTask.stmd"))
+    assert other.get("GUID") != task.get("GUID") and other.get("generationDateAndTime") is None
