@@ -22,6 +22,7 @@ from ...interface.friction_source import FrictionSource
 from ...interface.quantities import USUAL
 from .. import options
 from ..common import Reference, description, documents, template
+from .deviation import with_unit
 from .grid import Grid
 
 OPTIONS = ("axes", "points", "limits", "fixed", "system", "tolerance", "max_rows", "start_memory")
@@ -74,7 +75,7 @@ class FrictionTable:
         """Return a sentence for each load that is held: where, and how much mu changes over its trained range."""
         found = []
         for name, value in self.fixed.items():
-            text = f"{name} is held at {value:g} {QUANTITIES[name].unit}"
+            text = f"{name} is held at {with_unit(name, value)}"
             low, high = self.trained.get(name, (value, value))
             if not low <= value <= high:
                 text += f", OUTSIDE its trained range {low:g} to {high:g}"
