@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from itertools import permutations
 
 import numpy as np
+from scipy.stats import rankdata
 
 from ...estimation.campaign.binning import Campaign
 from ...estimation.campaign.curves import transformed
-from ...estimation.campaign.factors import ranks
 from ...estimation.noise.noise_floor import sensor_noise
 from ...estimation.search.base_law import BaseLaw
 from ...loads import LOAD_NAMES, FloatArray
@@ -102,7 +102,7 @@ def _tied_loads(campaign: Campaign, drivers: Sequence[str]) -> list[str]:
 def one_load(campaign: Campaign, drivers: Sequence[str]) -> bool:
     """Return whether a load that drives an effect rises or falls with another one, that does not, between and along tests."""
     varied = [n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
-    values = {n: ranks(campaign.average(getattr(campaign.loads, n))) for n in varied}
+    values = {n: rankdata(campaign.average(getattr(campaign.loads, n))) for n in varied}
     return any(
         min(
             abs(_correlation(values[a], values[b])),

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
+from scipy.stats import rankdata
 
 from ...effects.base import Effect
 from ...effects.metadata.factor import scanned_factor
@@ -92,19 +93,8 @@ def _correlated(values: FloatArray, other: FloatArray, text: bool) -> bool:
     """Return whether two numbers rise, or fall, together."""
     if text:
         return False
-    by_rank = np.corrcoef(ranks(values), ranks(other))[0, 1]
-    return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(by_rank)) > SAME)
-
-
-def ranks(values: FloatArray) -> FloatArray:
-    """Return the place of each value in their order, from 1; equal ones share the mean of theirs.
-
-    Examples
-    --------
-    >>> ranks(np.array([5.0, 1.0, 5.0])).tolist()
-    [2.5, 1.0, 2.5]
-    """
-    return np.asarray(pd.Series(values).rank(), dtype=np.float64)
+    ranks = np.corrcoef(rankdata(values), rankdata(other))[0, 1]
+    return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(ranks)) > SAME)
 
 
 def _tells(values: FloatArray, other: FloatArray) -> bool:
