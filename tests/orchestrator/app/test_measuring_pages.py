@@ -178,6 +178,23 @@ def test_a_test_table_is_changed_by_the_line_that_is_shown(
     assert (example.root / "data/sct/earlier/tests-001.csv").read_bytes() == before
 
 
+def test_roles_that_leave_nothing_to_learn_from_are_told(tmp_path: Path) -> None:
+    project = Project.open(tmp_path / "new")
+    (project.root / "data/oil").mkdir()
+    (project.root / "data/oil/points.csv").write_text("test_id,v_rel,mu\na,1,0.1\nb,2,0.1\n")
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements?tests=data/oil")
+        for which, role, told in (("a", "test", True), ("b", "train", False)):
+            fields(user, ui.input, "Value; empty clears")[0].set_value(role)
+            fields(user, ui.input, "Tests: * is any text")[0].set_value(which)
+            user.find("Set").click()
+            await until(lambda told=told: ("No test has the role train" in shown(user)) == told)  # type: ignore[misc]
+        assert "Not saved yet" in shown(user)
+
+    look(project, test)
+
+
 def test_pictures_of_the_same_points_that_can_be_picked(example: Project) -> None:
     async def test(user: User, worker: Worker) -> None:
         await user.open("/explore")

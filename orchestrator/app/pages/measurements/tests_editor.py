@@ -172,6 +172,12 @@ class _Editor:
         command = commands.measuring.edit_tests(self.place, triples)
         with self.status:
             say(f"Not saved yet: {self.found.difference(changed)}.")
+            roles = {cells.get("role", "").strip() for cells in changed.cells()}
+            if "test" in roles and "train" not in roles:
+                say(
+                    "No test has the role train yet: models learn from tests with that role, so give it to the others.",
+                    "problem",
+                )
         with self.foot:
             with ui.element("div").classes("buttons action"):
                 button("Save the table", partial(self._save, command), "first")
