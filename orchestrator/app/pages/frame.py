@@ -38,6 +38,8 @@ TICK = 0.15
 AT_ONCE = 0.3
 #: While the server reads, the browser gets ready to draw.
 _READY_TO_DRAW = '<script type="module">import("nicegui-plotly")</script>'
+#: Pages without pictures; only those of raw files have some.
+_NO_PICTURES = {"/measurements", "/fmu", "/reports"}
 #: A picture that leaves the page while it is being sized has nothing to size any more; plotly calls that an error.
 _HIDDEN_PICTURES = """
 addEventListener('unhandledrejection', (event) => {
@@ -81,7 +83,7 @@ class Workbench:
         # What takes long to read comes when it is ready; the page itself does not wait for it.
         first = background_tasks.create(fill(), name=f"page {path}")
         await asyncio.wait({first}, timeout=AT_ONCE)
-        if not first.done():
+        if not first.done() and (path not in _NO_PICTURES or "raw" in request.query_params):
             ui.add_body_html(_READY_TO_DRAW)
 
         async def tick() -> None:
