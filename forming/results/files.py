@@ -69,7 +69,7 @@ def _read_contact(path: Path) -> ContactHistory:
     """Read a contact history; raises ValueError or KeyError for anything else."""
     import xarray
 
-    with xarray.open_dataset(path, engine="netcdf4") as data:
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
         if sum(v.size for v in data.data_vars.values()) > _MOST:
             raise ValueError("the contact history is too large")
         loads = [np.asarray(data[q.name].values, dtype=np.float64) for q in LOADS]

@@ -81,7 +81,7 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
         attrs={"component": name, "mesh_size": size, "compared_with": sizes},
     )
     with atomic_path(run.folder / FILE) as path:
-        data.to_netcdf(path, engine="netcdf4")
+        data.to_netcdf(path, engine="h5netcdf")
     lines = [
         f"stated errors of the loads of {name} (elements of {size:g} mm against "
         f"{' and '.join(f'{other:g}' for other in sizes)} mm): median, and below which 9 of 10 are"
@@ -108,7 +108,7 @@ def stated_errors(run: Run) -> list[StatedError]:
 
     if not (run.folder / FILE).is_file():
         return []
-    with xarray.open_dataset(run.folder / FILE, engine="netcdf4", decode_times=False) as data:
+    with xarray.open_dataset(run.folder / FILE, engine="h5netcdf", decode_times=False) as data:
         name = str(data.attrs["component"])
         errors = np.stack([np.asarray(data[n].values, dtype=float) for n in LOAD_NAMES], axis=2)
     return [StatedError(*row) for row in summary(*_contact(run, name), errors)]

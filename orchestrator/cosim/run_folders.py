@@ -132,7 +132,7 @@ class Run(Drawn):
                 raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
         try:
             manifest = read_json(place / "manifest.json")
-            with xarray.open_dataset(place / "results.nc", engine="netcdf4", decode_times=False) as data:
+            with xarray.open_dataset(place / "results.nc", engine="h5netcdf", decode_times=False) as data:
                 time = np.asarray(data["time"].values, dtype=float)
                 values = {str(n): np.asarray(v.values, dtype=float) for n, v in data.data_vars.items()}
                 units = {str(n): str(v.attrs.get("units", "")) for n, v in data.data_vars.items()}
@@ -289,7 +289,7 @@ def _write_netcdf(run: Run, path: Path) -> None:
         attrs={"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]},
     )
     encoding = {label: {"zlib": True, "complevel": 4} for label in data.data_vars}
-    data.to_netcdf(path, engine="netcdf4", encoding=encoding)
+    data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
 
 
 def _summary(run: Run) -> list[str]:

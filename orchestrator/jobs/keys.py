@@ -19,7 +19,7 @@ from .versions import versions
 
 #: Distributions whose version may change a number.
 DISTRIBUTIONS = (
-    "fmpy", "netCDF4", "numba", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu",
+    "fmpy", "h5netcdf", "h5py", "numba", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu",
     "scikit-learn", "scipy", "torch", "xarray",
 )  # fmt: skip
 #: The packages below this one; their sources count in every key.

@@ -90,31 +90,31 @@ class TestResult:
 
 def write_netcdf(result: TestResult, path: Path, attributes: Mapping[str, str]) -> None:
     """Write one test, atomically; numbers as float64 over the dimension `point`."""
-    import netCDF4
+    import h5netcdf
 
     units = {**POINT_UNITS, **EXTRA_UNITS}
-    with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
-        file.createDimension("point", len(result.columns["t"]))
+    packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+    with atomic_path(path) as temporary, h5netcdf.File(temporary, "w") as file:
+        file.dimensions = {"point": len(result.columns["t"])}
         for name, values in result.columns.items():
-            variable = file.createVariable(name, "f8", ("point",), zlib=True, complevel=1, shuffle=True)
-            variable.units = units.get(name, "1")
-            variable[:] = values
-        file.test_id = result.test_id
-        file.assumptions = "; ".join(ASSUMPTIONS)
-        file.summary = json.dumps(dict(result.summary))
-        for name, value in attributes.items():
-            setattr(file, name, value)
+            variable = file.create_variable(
+                name, ("point",), "f8", data=np.asarray(values, dtype=np.float64), **packed
+            )
+            variable.attrs["units"] = units.get(name, "1")
+        about = {"test_id": result.test_id, "assumptions": "; ".join(ASSUMPTIONS)}
+        about["summary"] = json.dumps(dict(result.summary))
+        file.attrs.update(about | dict(attributes))
 
 
 def read_netcdf(path: Path) -> TestResult | None:
     """Read one test; None when the file is missing or damaged."""
-    import netCDF4
+    import h5netcdf
 
     if not path.is_file():
         return None
     try:
-        with netCDF4.Dataset(path, "r") as file:
+        with h5netcdf.File(path, "r") as file:
             columns = {n: np.asarray(v[:], dtype=np.float64) for n, v in file.variables.items()}
-            return TestResult(str(file.test_id), columns, json.loads(file.summary))
-    except (OSError, ValueError, AttributeError, RuntimeError):
+            return TestResult(str(file.attrs["test_id"]), columns, json.loads(file.attrs["summary"]))
+    except (OSError, ValueError, AttributeError, KeyError, RuntimeError, TypeError):
         return None
