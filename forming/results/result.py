@@ -110,7 +110,7 @@ def key_figures(result: FormingRecord) -> dict[str, object]:
 
 def _save_contact(contact: ContactHistory, path: Path) -> None:
     data = contact_dataset(contact)
-    encoding = {str(v): {"zlib": True, "complevel": 4} for v in data.data_vars}
+    encoding = {str(v): {"zlib": True, "complevel": 4, "shuffle": True} for v in data.data_vars}
     data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
 
 

@@ -288,7 +288,7 @@ def _write_netcdf(run: Run, path: Path) -> None:
         | {f"point_{n}": (f"point_{n}", np.arange(1, n + 1)) for n in widths},
         attrs={"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]},
     )
-    encoding = {label: {"zlib": True, "complevel": 4} for label in data.data_vars}
+    encoding = {label: {"zlib": True, "complevel": 4, "shuffle": True} for label in data.data_vars}
     data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
 
 
