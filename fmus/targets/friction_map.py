@@ -161,6 +161,7 @@ def _described(source: FrictionSource, table: FrictionTable) -> FrictionSource:
     found = deviation(source, Reference(bare).mu)
     shape = " x ".join(f"{len(x)} {n}" for n, x in table.axes.items())
     summary = f"map of {table.mu.size} values ({shape}), off by at most {found.text()}"
+    held = [text for text, name in zip(table.held(), table.fixed) if table.left_out[name] > 1e-12]
     metadata["tribofmu.card"] = source.card | {
         "map": {
             "of": {
@@ -169,13 +170,13 @@ def _described(source: FrictionSource, table: FrictionTable) -> FrictionSource:
                 "onnx_sha256": hashlib.sha256(source.original or source.onnx).hexdigest(),
             },
             "axes": {n: x.tolist() for n, x in table.axes.items()},
-            "held": table.held(),
+            "held": held,
             "summary": summary,
             "remaining": found.report(),
         }
     }
     content = drawn.build(json.loads(json.dumps(metadata))).SerializeToString(deterministic=True)
-    return replace(parse_source(content, source.where), note="\n".join([summary, *table.held()]))
+    return replace(parse_source(content, source.where), note="\n".join([summary, *held]))
 
 
 def _entries(table: FrictionTable) -> list[dict[str, object]]:
