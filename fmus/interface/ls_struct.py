@@ -76,7 +76,7 @@ def with_map_terminal(terminals: bytes, axes: Sequence[str]) -> bytes:
     Examples
     --------
     >>> text = with_map_terminal(b"<fmiTerminalsAndIcons><Terminals/></fmiTerminalsAndIcons>", ["T"])
-    >>> [(m.get("variableName"), m.get("variableKind")[36:]) for m in etree.fromstring(text).iter("TerminalMemberVariable")]
+    >>> [(m.get("variableName"), m.get("variableKind")[35:]) for m in etree.fromstring(text).iter("TerminalMemberVariable")]
     [('T_axis', 'domain'), ('T', 'domainInput'), ('mu_map', 'codomain'), ('mu', 'codomainOutput')]
     """
     root = etree.fromstring(terminals, etree.XMLParser(remove_blank_text=True, resolve_entities=False))
