@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
+from friction_models.common.netcdf_files import open_dataset
 from friction_models.loads import LOADS
 
 from .contact_history import ContactHistory
@@ -67,9 +68,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
 
 def _read_contact(path: Path) -> ContactHistory:
     """Read a contact history; raises ValueError or KeyError for anything else."""
-    import xarray
-
-    with xarray.open_dataset(path, engine="h5netcdf") as data:
+    with open_dataset(path) as data:
         if sum(v.size for v in data.data_vars.values()) > _MOST:
             raise ValueError("the contact history is too large")
         loads = [np.asarray(data[q.name].values, dtype=np.float64) for q in LOADS]

@@ -13,6 +13,7 @@ import numpy as np
 
 from friction_models.common import atomic_folder, write_json
 from friction_models.common.folders import FORMING
+from friction_models.common.netcdf_files import write_dataset
 from friction_models.loads import LOADS, MU
 
 from .contact_history import ContactHistory
@@ -109,9 +110,7 @@ def key_figures(result: FormingRecord) -> dict[str, object]:
 
 
 def _save_contact(contact: ContactHistory, path: Path) -> None:
-    data = contact_dataset(contact)
-    encoding = {str(v): {"zlib": True, "complevel": 4, "shuffle": True} for v in data.data_vars}
-    data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    write_dataset(contact_dataset(contact), path)
 
 
 def contact_dataset(contact: ContactHistory) -> xarray.Dataset:

@@ -12,6 +12,7 @@ import numpy as np
 from fmus.runtime.errors import SimulationError
 from forming.results.local_errors import COARSER, Contact, local_errors, summary
 from friction_models.common import InputError, atomic_path
+from friction_models.common.netcdf_files import open_dataset, write_dataset
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.loads.contract import with_unit
 
@@ -81,7 +82,7 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
         attrs={"component": name, "mesh_size": size, "compared_with": sizes},
     )
     with atomic_path(run.folder / FILE) as path:
-        data.to_netcdf(path, engine="h5netcdf")
+        write_dataset(data, path)
     lines = [
         f"stated errors of the loads of {name} (elements of {size:g} mm against "
         f"{' and '.join(f'{other:g}' for other in sizes)} mm): median, and below which 9 of 10 are"
@@ -104,11 +105,9 @@ class StatedError(NamedTuple):
 
 def stated_errors(run: Run) -> list[StatedError]:
     """Return what `state_local_errors` wrote into a run folder, load by load; empty where it wrote nothing."""
-    import xarray
-
     if not (run.folder / FILE).is_file():
         return []
-    with xarray.open_dataset(run.folder / FILE, engine="h5netcdf", decode_times=False) as data:
+    with open_dataset(run.folder / FILE) as data:
         name = str(data.attrs["component"])
         errors = np.stack([np.asarray(data[n].values, dtype=float) for n in LOAD_NAMES], axis=2)
     return [StatedError(*row) for row in summary(*_contact(run, name), errors)]

@@ -16,6 +16,7 @@ from friction_models.common import InputError, atomic_folder, unknown_name, writ
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.imports.drawn import Drawn
+from friction_models.common.netcdf_files import open_dataset, write_dataset
 from friction_models.loads import FloatArray
 
 from ..jobs.versions import versions
@@ -124,15 +125,13 @@ class Run(Drawn):
         InputError
             Not a run folder, its files cannot be read, or the run stopped.
         """
-        import xarray
-
         place = Path(folder)
         for name in ("manifest.json", "results.nc"):
             if not (place / name).is_file():
                 raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
         try:
             manifest = read_json(place / "manifest.json")
-            with xarray.open_dataset(place / "results.nc", engine="h5netcdf", decode_times=False) as data:
+            with open_dataset(place / "results.nc") as data:
                 time = np.asarray(data["time"].values, dtype=float)
                 values = {str(n): np.asarray(v.values, dtype=float) for n, v in data.data_vars.items()}
                 units = {str(n): str(v.attrs.get("units", "")) for n, v in data.data_vars.items()}
@@ -288,8 +287,7 @@ def _write_netcdf(run: Run, path: Path) -> None:
         | {f"point_{n}": (f"point_{n}", np.arange(1, n + 1)) for n in widths},
         attrs={"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]},
     )
-    encoding = {label: {"zlib": True, "complevel": 4, "shuffle": True} for label in data.data_vars}
-    data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    write_dataset(data, path)
 
 
 def _summary(run: Run) -> list[str]:

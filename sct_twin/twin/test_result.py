@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import atomic_path
+from friction_models.common.netcdf_files import library
 from friction_models.loads import POINT_UNITS, FloatArray
 
 from ..records.cells import Cell
@@ -90,8 +91,7 @@ class TestResult:
 
 def write_netcdf(result: TestResult, path: Path, attributes: Mapping[str, str]) -> None:
     """Write one test, atomically; numbers as float64 over the dimension `point`."""
-    import h5netcdf
-
+    h5netcdf = library()
     units = {**POINT_UNITS, **EXTRA_UNITS}
     packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
     with atomic_path(path) as temporary, h5netcdf.File(temporary, "w") as file:
@@ -108,12 +108,10 @@ def write_netcdf(result: TestResult, path: Path, attributes: Mapping[str, str]) 
 
 def read_netcdf(path: Path) -> TestResult | None:
     """Read one test; None when the file is missing or damaged."""
-    import h5netcdf
-
     if not path.is_file():
         return None
     try:
-        with h5netcdf.File(path, "r") as file:
+        with library().File(path, "r") as file:
             columns = {n: np.asarray(v[:], dtype=np.float64) for n, v in file.variables.items()}
             return TestResult(str(file.attrs["test_id"]), columns, json.loads(file.attrs["summary"]))
     except (OSError, ValueError, AttributeError, KeyError, RuntimeError, TypeError):
