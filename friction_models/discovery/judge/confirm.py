@@ -49,7 +49,7 @@ CERTAIN = 2.0
 WORTH = 0.25
 #: A rival of at least this share of the gain of the first effect stays where the tests do not prefer the first by so many
 #: standard errors, formulas being as wrong as the leads of single tests show.
-AS_LIKELY, AGREED = 0.5, 0.5
+AS_LIKELY, AGREED = 0.5, 1.0
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
@@ -110,8 +110,9 @@ class Confirm:
                 verdict, chosen = "partly_explained", grown
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        first = self._best_led(self._that_help(chosen, 1)) if verdict in NAMED else []
-        kept = self._grown(first, len(chosen), further)
+        kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
+        if (instead := self._best_led(kept)) is not kept:
+            kept = self._grown(instead, len(instead), further)
         shares = self._shares(kept)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
