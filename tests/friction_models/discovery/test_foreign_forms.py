@@ -49,7 +49,7 @@ def test_two_curves_of_another_form_are_named_and_said_not_to_be_exact(seed: int
 
 
 def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
-    data = settling_of_its_own(18)
+    data = settling_of_its_own(0)
     found = diagnose(data, model="linear")
     assert (found.verdict, found.confusion_set) == ("ambiguous", ["running_in", "rate_state"]), found.sentence
     monkeypatch.setattr(confirm, "AGREED", -np.inf)
