@@ -3,8 +3,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from fmpy.fmi2 import fmi2CallbackFunctions
 
 from fmus import pack
 from fmus.checks import checking, trial
@@ -82,6 +84,10 @@ def packed(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     return get
 
 
+#: fmpy goes on calling the last logger that a simulation was given, also for later FMUs: it must not be freed.
+_CALLBACKS: list[Any] = []
+
+
 @pytest.fixture
 def trials_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the trials of `check` run in this process, for FMUs that may be wrong but neither crash nor hang.
@@ -89,8 +95,13 @@ def trials_here(monkeypatch: pytest.MonkeyPatch) -> None:
     The second process costs ten times what the trials do; `test_check_limits.py` has the tests of it.
     """
 
+    def outliving() -> Any:
+        _CALLBACKS.append(fmi2CallbackFunctions())
+        return _CALLBACKS[-1]
+
     def here(file: Path, result: Path, folder: str, limit: float, memory: int) -> tuple[int, str]:
         with monkeypatch.context() as patch:
+            patch.setattr("fmpy.simulation.fmi2CallbackFunctions", outliving)
             patch.setattr(trial, "limit_memory", lambda size: None)
             patch.setattr(sys, "argv", ["trial", str(file), str(result), str(memory)])
             trial.main()
