@@ -59,6 +59,7 @@ ATTACKS = [
     Attack("pack", "model", "onnx", "{bad} -o {out}.fmu"),
     Attack("pack", "model", "onnx", "{bad} --target python -o {out}.fmu"),
     Attack("pack", "spec", "yaml", "{onnx} --spec {bad} -o {out}.fmu"),
+    Attack("pack", "diagnosis", "json", "{onnx} --diagnosis {bad} -o {out}.fmu"),
     Attack("simulate", "system", "yaml", "{bad} -o {out}"),
     Attack("export", "system", "yaml", "{bad} -o {out}.ssp"),
     Attack("lab", "plan", "csv", "--plan {bad} -o {out}"),
