@@ -35,7 +35,7 @@ GOOD = {
     **{"coverage.history": "more/numbered.csv", "coverage.data": "more/numbered.csv", "study learning-curve.data": "more/six.csv"},
     **{"study lag.data": "more/six.csv", "study forming-error.data": "more/six.csv", "study extrapolation.data": "more/six.csv"},
     **{"cards.name": "more/cards/bad.yaml", "cards.folder": "more/cards", "train.card": "more/cards/bad.yaml"},
-    **{"diagnose.after": "more/before.json", "points.columns": "more/points.yaml", "tests": "data/tests.csv", "names": "more/names.yaml", "compare.system": "a/b/c/system.yaml"},
+    **{"diagnose.after": "more/before.json", "pack.diagnosis": "more/before.json", "points.columns": "more/points.yaml", "tests": "data/tests.csv", "names": "more/names.yaml", "compare.system": "a/b/c/system.yaml"},
 }  # fmt: skip
 FOREIGN = {"notes.txt": b"years of work\n", "sub/data.csv": b"a,b\n1,2\n", "results.nc": b"not ours\n"}
 
