@@ -156,7 +156,10 @@ def test_every_line_of_the_pages_gives_the_same_files_in_a_shell(
         shutil.copyfile(place, again / place.relative_to(project.root))
     told = (project.root / HISTORY).read_text().splitlines(keepends=True)
     (again / HISTORY).write_text("".join(told[:-1]))  # as it was when the last line, which tells it, began
-    subprocess.run([sys.executable, "-c", PASTED], input="\n".join(lines), text=True, cwd=again, check=True)
+    # -P: a project has a folder fmus, which is not the package.
+    subprocess.run(
+        [sys.executable, "-P", "-c", PASTED], input="\n".join(lines), text=True, cwd=again, check=True
+    )
     clicked, pasted = files_of(project.root), files_of(again)
     assert clicked.keys() == pasted.keys()
     assert sum(name.endswith("results.nc") for name in clicked) == 3 and "data/rig/points.csv" in clicked
