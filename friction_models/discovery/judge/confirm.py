@@ -288,7 +288,7 @@ class Confirm:
         """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
         key = tuple((f.name, f.index) for f in kept)
         if key not in self._flexible:
-            columns = np.column_stack([self.found.columns, *(f.binned for f in kept)])
+            columns = self.found.columns_with(kept)
             self._flexible[key] = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
         return self._flexible[key]
 

@@ -76,7 +76,7 @@ def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     """
     if not found.floor.known:
         return LevelOffset(floor=found.floor.total)
-    columns = np.column_stack([found.columns, *(f.binned for f in chosen)])
+    columns = found.columns_with(chosen)
     white = found.whiten(columns)
     inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
     fitted = inverse @ (white.T @ found.whiten(found.y))

@@ -41,9 +41,6 @@ class StraightFits:
 
     def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
         """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
-        y, columns = self.found.y, self._columns(fits)
+        y, columns = self.found.y, self.found.columns_with(fits)
         root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
         return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
-
-    def _columns(self, fits: Sequence[Fit]) -> FloatArray:
-        return np.column_stack([self.found.columns, *(f.binned for f in fits)])

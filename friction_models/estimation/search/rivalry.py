@@ -64,10 +64,7 @@ class Rivalry:
 def rivalry(campaign: Campaign, found: SearchRound, some: Sequence[Fit], others: Sequence[Fit]) -> Rivalry:
     """Compare two sets of effects, fitted beside the base with the shapes of the search, on all tests."""
     y = found.whiten(found.y)
-    first, second = (
-        Projector(found.whiten(np.column_stack([found.columns, *(f.binned for f in fits)])))(y)
-        for fits in (some, others)
-    )
+    first, second = (Projector(found.whiten(found.columns_with(fits)))(y) for fits in (some, others))
     lead, expected = (
         np.asarray(np.bincount(campaign.test, values, len(campaign.tests)), dtype=float)
         for values in (second**2 - first**2, (second - first) ** 2)

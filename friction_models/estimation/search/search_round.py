@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,6 +108,10 @@ class SearchRound:
     def just(self, part: Fit, whole: Fit) -> bool:
         """Return whether an effect contributes the same as another one that it contains, so that nothing speaks for it."""
         return whole.name in self.by_parts and is_part(part, whole) and alike(part, whole) > TWINS
+
+    def columns_with(self, fits: Sequence[Fit]) -> FloatArray:
+        """Return the base and some effects in the bins, shape (m, p + effects)."""
+        return np.column_stack([self.columns, *(f.binned for f in fits)])
 
     def beyond_base(self, values: FloatArray) -> FloatArray:
         """Return the part of a contribution to mu in the bins that the base, fitted as usual, cannot follow."""
