@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
+from friction_models.common.wording import counted
+
 from ..project import name_of
 from .command import Command, short
 
@@ -76,7 +78,7 @@ def form(plan: Forming) -> Command:
         arguments += ["--local-errors"]
     arguments += ["--runs", runs, "--json", json, "--report", page]
     return Command(
-        f"Form {plan.called} with {len(plan.models)} friction model{'s' * (len(plan.models) != 1)}",
+        f"Form {plan.called} with {counted(len(plan.models), 'friction model')}",
         tuple(arguments),
     )
 

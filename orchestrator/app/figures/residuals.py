@@ -12,6 +12,7 @@ import pandas as pd
 
 from friction_models.common import InputError
 from friction_models.common.markup import escape
+from friction_models.common.wording import counted
 from friction_models.discovery.answer.summaries import clustered_mean, load_bins
 from friction_models.loads import LOAD_NAMES, MU
 from friction_models.loads.contract import with_unit
@@ -128,17 +129,6 @@ def between(bounds: tuple[float, float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def counted(tests: Sequence[str]) -> str:
-    """Return how many tests there are, in words.
-
-    Examples
-    --------
-    >>> counted(["a"]), counted(["a", "b"])
-    ('1 test', '2 tests')
-    """
-    return f"{len(tests)} test{'s' * (len(tests) != 1)}"
-
-
 def over_loads(frame: pd.DataFrame, models: Sequence[str]) -> ReadFigure:
     """Return the mean residual of models over each load that varies, with intervals over tests."""
     names = varied_loads(frame) or [LOAD_NAMES[0]]
@@ -172,7 +162,7 @@ def cell_map(found: Sequence[Cell], first: str, second: str) -> ReadFigure:
         at = cell.place[::-1]
         mean[at] = cell.mean
         interval = f" &#177; {cell.half:.4f}" if np.isfinite(cell.half) else ""
-        said[at] = f"{cell.mean:+.4f}{interval}<br>{counted(cell.tests)}"
+        said[at] = f"{cell.mean:+.4f}{interval}<br>{counted(len(cell.tests), 'test')}"
     most = float(np.nanmax(np.abs(mean))) or 1e-6
     chart = Chart(legend=False)
     chart.figure.add_heatmap(

@@ -9,6 +9,7 @@ from functools import partial
 from nicegui import events, ui
 
 from friction_models.common.errors import shown
+from friction_models.common.wording import counted
 from friction_models.loads.contract import with_unit
 
 from ..figures.residuals import (
@@ -16,7 +17,6 @@ from ..figures.residuals import (
     between,
     cell_map,
     cells,
-    counted,
     curves,
     models_of,
     over_loads,
@@ -88,7 +88,7 @@ async def show_residuals(view: View, path: str) -> None:
         if not isinstance(cell, Cell):
             return
         with ui.element("section").classes("panel"):
-            heading(f"{counted(cell.tests)}: {_where(cell, chosen)}", 3)
+            heading(f"{counted(len(cell.tests), 'test')}: {_where(cell, chosen)}", 3)
             with ui.element("div").classes("buttons"):
                 for name in cell.tests[:TESTS]:
                     button(shown(name, 60), partial(open_test, name), "plain" if name != test else "")

@@ -41,7 +41,7 @@ def comparison_page(
         _add_tests(page, tests)
     if forces is not None:
         titles.append(_verdict(forces.orders["max_force"]))
-        said.append(f"{len(forces.names)} press level{'s' if len(forces.names) != 1 else ''}")
+        said.append(f"{counted(len(forces.names), 'press level')}")
         _add_forces(page, forces)
     if runs:
         loads = [total.max_force for each in runs for total in each.totals.values()]
@@ -70,7 +70,7 @@ def _verdict(order: Order) -> str:
     if not order.judged:
         return f"{best} has the smallest error of {len(order.names)} models; too few were measured to tell models apart"
     apart = (best, second) not in order.indistinct
-    share = f"best of {len(order.names)} with a probability of {100 * order.best[best]:.0f} %"
+    share = f"best of {len(order.names)} with a probability of {order.chance(best)}"
     return f"{best} is {share}" + ("" if apart else f", not told apart from {second}")
 
 

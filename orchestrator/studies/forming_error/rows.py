@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypedDict
 
+from friction_models.common.wording import counted
+
 from ...force_curves.forces import ForceComparison
 from ...force_curves.metrics import LevelSummary
 
@@ -102,7 +104,7 @@ class Summary:
         """Number of levels in words: ``"9 levels"``, or ``"8 of 9 levels"`` where runs are missing."""
         count = self.max_force.levels
         few = "" if count == self.planned else f"{count} of "
-        return f"{few}{self.planned} level{'s' if self.planned != 1 else ''}"
+        return f"{few}{counted(self.planned, 'level')}"
 
     def to_dict(self) -> dict[str, str | float | None]:
         """Return one row of numbers."""

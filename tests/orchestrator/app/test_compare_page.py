@@ -15,8 +15,9 @@ pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 from nicegui import ui
 
 from friction_models import DataSet
+from friction_models.common.wording import counted
 from orchestrator.app.commands.models import compare, comparison_points
-from orchestrator.app.figures.residuals import between, cells, counted, points_of
+from orchestrator.app.figures.residuals import between, cells, points_of
 from orchestrator.app.project import Project
 from orchestrator.cli.main import run
 
@@ -82,7 +83,7 @@ def test_from_a_cell_to_its_tests_to_a_curve(project: Project) -> None:
         worst = max(cells(frame, "0.08", "v_rel", "T"), key=lambda c: c.apart)
         first, second = (between(bounds) for bounds in worst.bounds)
         user.find(f"v_rel [mm/s] {first}, T [degC] {second}").click()
-        await until(lambda: f"{counted(worst.tests)}: " in shown(user))
+        await until(lambda: f"{counted(len(worst.tests), 'test')}: " in shown(user))
         assert {b.text for b in user.find(ui.button).elements} >= set(worst.tests)
         user.find(worst.tests[0]).click()
         await until(lambda: len(figures(user)) == count + 1)
@@ -98,7 +99,7 @@ def test_from_a_cell_to_its_tests_to_a_curve(project: Project) -> None:
         other = next(c for c in cells(frame, "0.08", "v_rel", "T") if c.place != worst.place)
         for points in ([{"x": other.place[0], "y": other.place[1]}], [{"x": "<b>"}], [], None, "x"):
             plot._handle_event({"listener_id": listener.id, "args": {"points": points}})
-        await until(lambda: f"{counted(other.tests)}: " in shown(user))
+        await until(lambda: f"{counted(len(other.tests), 'test')}: " in shown(user))
 
     look(project, test)
 

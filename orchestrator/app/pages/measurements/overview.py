@@ -11,6 +11,7 @@ from nicegui import ui
 
 from friction_models.common import InputError
 from friction_models.common.markup import bullets, table
+from friction_models.common.wording import counted
 
 from ... import commands
 from ...project import Project
@@ -82,7 +83,7 @@ def _raw_sets(project: Project) -> None:
         with ui.element("div").classes("buttons"):
             for folder in sets:
                 files = sum(1 for p in folder.iterdir() if p.is_file() and p.suffix not in {".yaml", ".yml"})
-                said = f"{folder.name}: {files} file{'s' * (files != 1)}"
+                said = f"{folder.name}: {counted(files, 'file')}"
                 ui.link(said, f"/measurements?raw={folder.name}").classes("button")
 
 

@@ -11,6 +11,7 @@ from nicegui import ui
 
 from friction_models.common import InputError
 from friction_models.common.markup import bullets, escape, table
+from friction_models.common.wording import counted
 from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.ingest.point_map import PointMap
 from sct_twin.ingest.point_tables import read_point_tables
@@ -52,7 +53,7 @@ async def show(view: View, name: str) -> None:
     form: MapForm = view.kept.setdefault(key, MapForm.of(first, records, saved))
     with ui.element("section"):
         say(
-            f"{_count(len(found.files), 'file')} ({found.kinds}), {_count(len(first.frame), 'row')} in the first.",
+            f"{counted(len(found.files), 'file')} ({found.kinds}), {counted(len(first.frame), 'row')} in the first.",
             "soft",
         )
         if first.notes:
@@ -131,7 +132,7 @@ class _Page:
         """Offer to leave out the rows whose values cannot be."""
         found = None if self.form.records else beyond_limits(self.form, self.table, problem)
         if found is not None:
-            said = f"Leave out {_count(found.rows, 'row')} with {found.column} {found.words}"
+            said = f"Leave out {counted(found.rows, 'row')} with {found.column} {found.words}"
             button(said, lambda: self.fields.limit(found.column, found.low, found.high))
 
     def _try(self) -> tuple[dict[str, Any] | None, list[str] | None, str, list[Any]]:
@@ -220,10 +221,6 @@ def _hint(problem: str, records: bool) -> str:
     if "'T_tool'" in problem:
         return "T_tool stands below the columns: the temperature of the tool in all these tests. A file tests.csv can name one for each."
     return "Sign, zero reading and scale stand beside each column."
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _bare(text: str, page: _Page) -> str:
