@@ -27,9 +27,9 @@ ROOM.docs := tests/documentation tests/packaging
 ROOM.benchmarks := tests/benchmarks
 ROOMS := $(patsubst ROOM.%,%,$(filter ROOM.%,$(.VARIABLES)))
 # `make test-forming MARKED=` runs the slow tests, too.
-MARKED ?= not slow
+MARKED ?= not slow and not nightly
 
-.PHONY: install demo app monkey test $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop dist docs pictures verify clean
+.PHONY: install demo app monkey test test-nightly $(addprefix test-,$(ROOMS)) lint bench bench-literature bench-measured interop dist docs pictures verify clean
 install: $(TESTING)
 
 $(STAMP): pyproject.toml constraints.txt
@@ -62,11 +62,16 @@ app: $(WORKBENCH)
 monkey: $(TESTING)
 	TRIBOFMU_MONKEY=1000 TRIBOFMU_MONKEY_CLICKS=300 $(BIN)/python -m pytest tests/orchestrator/app/test_monkey.py
 
-# Two processes with one thread each: threads of both that wait for each other take many times as long.
+# One thread each: threads of several processes that wait for each other take many times as long. Three processes for two cores:
+# tests wait for other programs, too.
 # Modules in the order of their names: sorted by their number of tests, the few long ones would come last, one process idle.
-PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadscope --no-loadscope-reorder
 test: $(TESTING)
-	$(PYTEST) tests
+	$(PYTEST) -m "not nightly" tests
+
+# Longer searches for faults, and sizes that nobody meets every day.
+test-nightly: $(TESTING)
+	$(PYTEST) -m nightly tests
 
 $(addprefix test-,$(ROOMS)): test-%: $(TESTING)
 	$(PYTEST) -m "$(MARKED)" $(ROOM.$*)

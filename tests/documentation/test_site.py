@@ -15,7 +15,7 @@ from .test_pages import PAGES, ROOT
 DOCS = ROOT / "docs"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_site_has_no_warning(tmp_path: Path) -> None:
     pytest.importorskip("sphinx")
     # The builder that writes nothing reads all pages and follows all links.

@@ -95,7 +95,7 @@ def test_both_versions_pass_in_all_groups(fmi: str, good: dict[str, Path]) -> No
 @pytest.mark.parametrize(
     ("kind", "words"),
     [
-        (1, "not finished after 15 s, ended"),
+        (1, "not finished after 8 s, ended"),
         (2, "the second process ended early: exit code 0"),
         (3, "the second process ended early: stopped by SIGSEGV"),
         (4, "the second process ended early: stopped by SIGABRT"),
@@ -113,7 +113,7 @@ def test_a_library_that_misbehaves_does_not_take_check_down(
     (files[name],) = compiling.build({"evil.c": source}, "evil.c", "evil").values()
     fmu = write_archive(tmp_path / "evil.fmu", files)
     before = sorted(p.name for p in tmp_path.iterdir())
-    report = check(fmu, time_limit=15.0 if kind == 1 else 60.0, memory_limit=1024**3)
+    report = check(fmu, time_limit=8.0 if kind == 1 else 60.0, memory_limit=1024**3)
     assert not report.ok
     failed = [f.text for f in report.findings if f.outcome == "failed"]
     assert any("functions of FMI are missing" in text for text in failed)

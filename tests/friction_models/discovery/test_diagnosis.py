@@ -51,7 +51,7 @@ def test_no_false_alarms() -> None:
 def test_hidden_effects_are_named() -> None:
     first, named, sizes = 0, 0, []
     for k, name in enumerate(CLEAR):
-        points, tests, _ = campaign(name, seed=40 + k, strength=1.2, thin=8, extra=0)
+        points, tests, _ = campaign(name, seed=40 + k, strength=1.2, thin=20, extra=0)
         answer = diagnose(points, tests)
         first += answer.ranking[0]["effect"] == name
         named += name in answer.confusion_set

@@ -164,6 +164,7 @@ def test_points_without_tests_are_taken_as_averages(null: Any) -> None:
         diagnose(points.drop(columns=["test_id", "t"]))  # 81 tests strung together are no single one
 
 
+@pytest.mark.nightly
 def test_two_thousand_tests_are_judged() -> None:
     parts, rng = [], np.random.default_rng(4)
     points, _, _ = campaign("stribeck", seed=300, strength=1.0, thin=90)

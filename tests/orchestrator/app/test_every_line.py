@@ -131,7 +131,7 @@ async def press_all(user: User) -> None:
     await press("/reports", "Tell the story", "Tell the story")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_line_of_the_pages_gives_the_same_files_in_a_shell(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
