@@ -76,7 +76,7 @@ def main() -> None:
                 sections[name] = standing[name]
             continue
         print(f"measuring: {name}", flush=True)
-        found = {**measure(KEPT), "machine": machine()}
+        found: Section = {**measure(KEPT), "machine": machine()}
         write_json(kept, found)
         sections[name] = section(name, found)
         print(sections[name], flush=True)

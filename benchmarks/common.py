@@ -8,10 +8,16 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import NotRequired, TypedDict
 
-#: Text before and after, and rows of one table; plain data, so that finished benchmarks can be kept.
-Section = dict[str, Any]
+
+class Section(TypedDict):
+    """A part of the page: its text, then the lines of its tables; plain data, so that finished benchmarks can be kept."""
+
+    title: str
+    text: str
+    lines: list[str]
+    machine: NotRequired[str]
 
 
 @dataclass

@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 from functools import cache
 from pathlib import Path
-from typing import Any
 
-from friction_models import make_model
+from friction_models import FrictionModel, make_model
 from friction_models.loads import DataSet
 from friction_models.training import train
 from sct_twin import SctTwin, virtual_lab
@@ -43,7 +42,7 @@ def campaign(folder: Path, hidden: str | None, seed: int, plan: str = PLAN) -> D
     return DataSet.load(data)
 
 
-def models(folder: Path) -> dict[str, Any]:
+def models(folder: Path) -> dict[str, FrictionModel]:
     """Return a linear, a polynomial and a network model of one campaign."""
     data = campaign(folder, "stribeck", 1)
     found = {}

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -22,11 +23,50 @@ SEED = 4
 DIAMETER = 20.0
 
 
-def setup(number: int) -> dict[str, Any]:
+KINDS: dict[str, Callable[..., ForwardRodExtrusion | BackwardCupExtrusion]] = {
+    "fre": ForwardRodExtrusion,
+    "bce": BackwardCupExtrusion,
+}
+
+
+class Run(TypedDict, total=False):
+    """A set-up, with the arguments of one process or the other, and how it ended; as its file keeps it.
+
+    ``stroke`` is the one asked for, and where there is a result, the one reached.
+    """
+
+    mu: float
+    T_billet: float
+    T_tool: float
+    speed: float
+    land: float
+    process: str
+    stroke: float
+    half_angle: float
+    exit_diameter: float
+    entry_radius: float
+    punch_diameter: float
+    nose_angle: float
+    edge_radius: float
+    relief: float
+    number: int
+    ending: str
+    reason: str
+    asked: float
+    force: float
+    energy: float
+    volume: float
+    ripple: float
+    increments: int
+    failed: int
+    seconds: float
+
+
+def setup(number: int) -> Run:
     """Return the set-up of this number: the same one always, whatever was run before it."""
     rng = np.random.default_rng([SEED, number])
     reduction = float(rng.uniform(0.15, 0.75))
-    drawn: dict[str, Any] = {
+    drawn: Run = {
         "mu": float(rng.uniform(0.0, 0.2)),
         "T_billet": float(rng.uniform(20.0, 300.0)),
         "T_tool": float(rng.uniform(20.0, 300.0)),
@@ -34,7 +74,8 @@ def setup(number: int) -> dict[str, Any]:
         "land": float(rng.uniform(1.0, 4.0)),
     }
     if number % 2 == 0:
-        return drawn | {
+        return {
+            **drawn,
             "process": "fre",
             "stroke": 20.0,
             "half_angle": float(rng.uniform(15.0, 75.0)),
@@ -43,7 +84,8 @@ def setup(number: int) -> dict[str, Any]:
             "edge_radius": float(rng.uniform(0.5, 3.0)),
             "relief": float(rng.uniform(0.2, 2.0)),
         }
-    return drawn | {
+    return {
+        **drawn,
         "process": "bce",
         "stroke": 14.0,
         "punch_diameter": float(DIAMETER * np.sqrt(reduction)),
@@ -53,44 +95,38 @@ def setup(number: int) -> dict[str, Any]:
     }
 
 
-def attempt(drawn: dict[str, Any]) -> dict[str, Any]:
+def attempt(drawn: Run) -> Run:
     """Run a set-up and say how it ended: at its stroke, refused, stopped, crashed or not finite."""
     given = {k: v for k, v in drawn.items() if k not in ("process", "mu", "stroke")}
-    kind = ForwardRodExtrusion if drawn["process"] == "fre" else BackwardCupExtrusion
     began = time.process_time()
-    found: dict[str, Any] = {"ending": "at its stroke", "reason": ""}
+    found: Run = {**drawn, "ending": "at its stroke", "reason": ""}
     try:
-        process = kind(**given, diameter=DIAMETER)
+        process = KINDS[drawn["process"]](**given, diameter=DIAMETER)
         found["asked"] = min(drawn["stroke"], process.max_stroke)
         result = process.run(drawn["mu"], found["asked"])
     except InputError as error:
-        found |= {"ending": "refused", "reason": str(error)}
+        found["ending"], found["reason"] = "refused", str(error)
     except Exception as error:  # a crash is a result of this measurement
-        found |= {"ending": "crashed", "reason": f"{type(error).__name__}: {error}"}
+        found["ending"], found["reason"] = "crashed", f"{type(error).__name__}: {error}"
     else:
-        found |= _judged(result)
-    return found | {"seconds": time.process_time() - began}
+        _judge(result, found)
+    found["seconds"] = time.process_time() - began
+    return found
 
 
-def _judged(result: FormingResult) -> dict[str, Any]:
-    """Return ending and numbers of a run that gave a result."""
+def _judge(result: FormingResult, found: Run) -> None:
+    """Note ending and numbers of a run that gave a result."""
     contact = result.contact
     finite = all(
         np.isfinite(values).all()
         for values in (result.force, result.work, contact.loads, contact.mu, contact.position)
     )
     ending = "at its stroke" if result.status == "ok" else "stopped"
-    return {
-        "ending": ending if finite else "not finite",
-        "reason": result.message,
-        "stroke": float(result.stroke[-1]),
-        "force": result.max_force,
-        "energy": result.energy_balance,
-        "volume": result.volume_change,
-        "ripple": result.force_ripple()[1],
-        "increments": result.increments,
-        "failed": result.failed_increments,
-    }
+    found["ending"], found["reason"] = ending if finite else "not finite", result.message
+    found["stroke"], found["force"] = float(result.stroke[-1]), result.max_force
+    found["energy"], found["volume"] = result.energy_balance, result.volume_change
+    found["ripple"] = result.force_ripple()[1]
+    found["increments"], found["failed"] = result.increments, result.failed_increments
 
 
 def measure(folder: Path) -> Section:
@@ -102,13 +138,12 @@ def measure(folder: Path) -> Section:
     return report(runs)
 
 
-def _one(kept: Path, number: int) -> dict[str, Any]:
+def _one(kept: Path, number: int) -> Run:
     file = kept / f"{number}.json"
     if file.is_file():
-        found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        found: Run = json.loads(file.read_text(encoding="utf-8"))
         return found
-    drawn = setup(number)
-    run = drawn | {"number": number} | attempt(drawn)
+    run: Run = {**attempt(setup(number)), "number": number}
     write_json(file, run)
     print(
         f"sweep {number}: {run['process']} {run['ending']} in {run['seconds']:.1f} s {run['reason']}",
@@ -117,7 +152,7 @@ def _one(kept: Path, number: int) -> dict[str, Any]:
     return run
 
 
-def report(runs: list[dict[str, Any]]) -> Section:
+def report(runs: list[Run]) -> Section:
     """Return the section: how many ended where, then every set-up."""
     summary = Table(
         ["process", "set-ups", "at their stroke", "refused", "stopped", "crashed or not finite", "CPU time, median [s]",
@@ -127,12 +162,13 @@ def report(runs: list[dict[str, Any]]) -> Section:
     for name in ("fre", "bce"):
         of = [r for r in runs if r["process"] == name]
         count = {e: sum(r["ending"] == e for r in of) for e in ("at its stroke", "refused", "stopped")}
-        worst = [max((abs(r.get(k, 0.0)) for r in of), default=0.0) for k in ("energy", "volume")]
+        energy = max((abs(r.get("energy", 0.0)) for r in of), default=0.0)
+        volume = max((abs(r.get("volume", 0.0)) for r in of), default=0.0)
         times = [r["seconds"] for r in of]
         ripples = [r.get("ripple", 0.0) for r in of] or [0.0]
         summary.rows.append(
             (name, len(of), *count.values(), len(of) - sum(count.values()), f"{np.median(times):.1f}",
-             f"{max(times):.1f}", *(f"{100 * w:.3f}" for w in worst),
+             f"{max(times):.1f}", f"{100 * energy:.3f}", f"{100 * volume:.3f}",
              f"{100 * np.median(ripples):.2f}", f"{100 * max(ripples):.2f}")
         )  # fmt: skip
     every = Table(
@@ -143,7 +179,7 @@ def report(runs: list[dict[str, Any]]) -> Section:
         bore = r.get("exit_diameter") or r["punch_diameter"]
         share = (bore / DIAMETER) ** 2
         every.rows.append(
-            (r["number"], r["process"], f"{r.get('half_angle', r.get('nose_angle')):.0f}",
+            (r["number"], r["process"], f"{r['half_angle'] if 'half_angle' in r else r['nose_angle']:.0f}",
              f"{100 * (share if r['process'] == 'bce' else 1 - share):.0f}", f"{r['mu']:.3f}", f"{r['T_billet']:.0f}",
              f"{r['T_tool']:.0f}", f"{r['speed']:.3g}", r["ending"], f"{r.get('stroke', 0.0):.2f}",
              f"{r.get('force', 0.0):.0f}", r.get("failed", 0), f"{100 * r.get('energy', 0.0):.2f}",

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from friction_models.common import write_json
 from friction_models.common.processes.pool import default_jobs
@@ -25,6 +25,14 @@ LIMITS = {"learning-curve": 40, "forming-error": 40}
 QUICK_LIMIT = 2
 
 
+class Took(NamedTuple):
+    """How long a study took from an empty folder (0 where it went on from kept results) and over its jobs [s]; how many jobs."""
+
+    wall: float
+    work: float
+    jobs: int
+
+
 def measure(kept: Path) -> Section:
     """Run every study in both sizes."""
     table = Table(
@@ -34,9 +42,9 @@ def measure(kept: Path) -> Section:
         with tempfile.TemporaryDirectory(prefix="tribofmu-bench-") as place:
             quick = run(name, Path(place) / name, quick=True)
         full = run(name, kept / "studies" / name)
-        for size, facts, limit in (("quick", quick, QUICK_LIMIT), ("full", full, LIMITS.get(name, ""))):
-            wall = f"{facts['wall'] / 60:.1f}" if facts["wall"] else "in several parts"
-            table.rows.append((name, size, facts["jobs"], wall, f"{facts['work'] / 60:.1f}", limit))
+        for size, took, limit in (("quick", quick, QUICK_LIMIT), ("full", full, LIMITS.get(name, ""))):
+            wall = f"{took.wall / 60:.1f}" if took.wall else "in several parts"
+            table.rows.append((name, size, took.jobs, wall, f"{took.work / 60:.1f}", limit))
     return section(
         "The paper's studies",
         f"`tribofmu study NAME` from an empty folder, with the measurements of the virtual laboratory (synthetic), on {default_jobs()} "
@@ -45,8 +53,8 @@ def measure(kept: Path) -> Section:
     )
 
 
-def run(name: str, folder: Path, quick: bool = False) -> dict[str, Any]:
-    """Run a study into a folder and return ``wall`` [s] (0 where it went on from kept results), ``work`` [s] and ``jobs``.
+def run(name: str, folder: Path, quick: bool = False) -> Took:
+    """Run a study into a folder.
 
     Raises
     ------
@@ -74,4 +82,4 @@ def run(name: str, folder: Path, quick: bool = False) -> dict[str, Any]:
         write_json(note, {"wall": time.perf_counter() - began})
     wall = json.loads(note.read_text(encoding="utf-8"))["wall"] if note.is_file() else 0.0
     jobs = [json.loads(p.read_text(encoding="utf-8")) for p in (folder / "jobs").glob("*/result.json")]
-    return {"wall": wall, "work": sum(job["seconds"] for job in jobs), "jobs": len(jobs)}
+    return Took(wall, sum(job["seconds"] for job in jobs), len(jobs))

@@ -9,10 +9,11 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from friction_models import make_model
 from friction_models.common import write_json
@@ -30,7 +31,19 @@ NULLS = 1
 FIRST_SEED, FIRST_NULL = 1, 101
 
 
-def one(folder: Path, hidden: str | None, seed: int) -> dict[str, Any]:
+class Outcome(TypedDict):
+    """What became of a campaign, as its file keeps it; held-out errors before and after the addition [mu]."""
+
+    hidden: str
+    seed: int
+    verdict: str
+    effects: list[str]
+    confusion_set: list[str]
+    before: float
+    after: float
+
+
+def one(folder: Path, hidden: str | None, seed: int) -> Outcome:
     """Diagnose and refine one campaign on its training tests, judge on the others."""
     data = campaign(folder, hidden, seed)
     train, held_out = data.select("train"), data.select("test")
@@ -52,14 +65,14 @@ def one(folder: Path, hidden: str | None, seed: int) -> dict[str, Any]:
     }
 
 
-def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> list[dict[str, Any]]:
+def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> list[Outcome]:
     """Run what is not in `folder` yet; return all results."""
     place = folder / "chain" / sources("friction_models", "sct_twin", "forming")
     cases: list[tuple[str | None, int]] = []
     for k in range(seeds):
         cases += [(hidden, FIRST_SEED + k) for hidden in HIDDEN]
         cases += [(None, FIRST_NULL + k * NULLS * len(HIDDEN) + n) for n in range(NULLS * len(HIDDEN))]
-    found = []
+    found: list[Outcome] = []
     for hidden, seed in cases:
         kept = place / f"{hidden or 'null'}-{seed}.json"
         if not kept.is_file():
@@ -69,7 +82,7 @@ def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> li
     return found
 
 
-def summary(results: Sequence[dict[str, Any]]) -> Section:
+def summary(results: Sequence[Outcome]) -> Section:
     """Return the tables: rates, and every campaign."""
     hidden = [r for r in results if r["hidden"] != "nothing"]
     null = [r for r in results if r["hidden"] == "nothing"]
@@ -109,5 +122,5 @@ def _law(raw: Path, data: DataSet) -> np.ndarray:
     return values
 
 
-def _rms(error: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(error**2)))
+def _rms(error: ArrayLike) -> float:
+    return float(np.sqrt(np.mean(np.square(error))))

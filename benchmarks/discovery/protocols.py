@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -15,7 +15,7 @@ import pandas as pd
 from friction_models.common import write_json
 from friction_models.discovery import Diagnosis, diagnose
 from friction_models.discovery.further_tests.joined import join_campaigns
-from friction_models.discovery.further_tests.next_tests import ENOUGH
+from friction_models.discovery.further_tests.next_tests import ENOUGH, NextTest
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.zero_reading import ZERO, read_zero
 from friction_models.loads import DataSet
@@ -46,6 +46,34 @@ STRONGER = 3.0
 FIRST_SEED = 930_000
 
 
+class Settled(TypedDict):
+    """What became of one rival after a protocol was run.
+
+    ``observed_t`` is the growth of the truth's lead; in place of it, ``reading`` is what the cell shows without load [N].
+    """
+
+    protocol: str
+    rival: str
+    expected_t: float
+    after: str
+    set_after: list[str]
+    truth_kept: bool
+    separated: bool
+    reading: NotRequired[float]
+    observed_t: NotRequired[float]
+
+
+class Outcome(TypedDict):
+    """What became of a campaign, as its file keeps it: the first answer, and what every protocol did to every rival."""
+
+    hidden: str
+    plan: str
+    seed: int
+    before: str
+    set_before: list[str]
+    runs: list[Settled]
+
+
 def laboratory(hidden: str, plan: str, seed: int) -> Campaign:
     """Return a small campaign with a strong hidden effect, or with the fault."""
     pressures: tuple[float, ...] = (500.0, 1200.0, 2000.0, 2700.0)
@@ -69,34 +97,34 @@ def laboratory(hidden: str, plan: str, seed: int) -> Campaign:
     return Campaign(rows, seed=seed, law=law)
 
 
-def one(hidden: str, plan: str, seed: int) -> dict[str, Any]:
+def one(hidden: str, plan: str, seed: int) -> Outcome:
     """Diagnose a small campaign, run every protocol that is to separate the truth from a rival, diagnose again."""
     lab = laboratory(hidden, plan, seed)
     before = SctTwin().run(lab.run(jobs=1), jobs=1).dataset()
     first = diagnose(before.points, before.tests, seed=seed)
-    result = {
-        "hidden": hidden,
-        "plan": plan,
-        "seed": seed,
-        "before": first.verdict,
-        "set_before": first.confusion_set,
-    }
-    asked: dict[str, list[dict[str, Any]]] = {}
+    asked: dict[str, list[NextTest]] = {}
     for entry in first.next_tests if len(first.confusion_set) > 1 else []:
         if rival_of(entry, hidden):
             asked.setdefault(entry["protocol"], []).append(entry)
     promising = {k: [e for e in v if e["expected_t"] >= ENOUGH] for k, v in asked.items()}
     chosen = {k: v for k, v in promising.items() if v} or {k: v[:1] for k, v in list(asked.items())[:1]}
     chosen |= {k: v for k, v in asked.items() if k == POINTS and v}
-    runs = []
-    for number, (protocol, entries) in enumerate(chosen.items()):
+    runs: list[Settled] = []
+    for number, entries in enumerate(chosen.values()):
         rows = entries[0]["plan"]
         more = SctTwin().run(run_protocol(lab, rows, seed=seed + 500 + number, jobs=1), jobs=1).dataset()
-        runs += [{"protocol": protocol, **r} for r in _again(first, before, more, hidden, entries, seed)]
-    return result | {"runs": runs}
+        runs += _again(first, before, more, hidden, entries, seed)
+    return {
+        "hidden": hidden,
+        "plan": plan,
+        "seed": seed,
+        "before": first.verdict,
+        "set_before": first.confusion_set,
+        "runs": runs,
+    }
 
 
-def rival_of(entry: dict[str, Any], hidden: str) -> str:
+def rival_of(entry: NextTest, hidden: str) -> str:
     """Return what a proposal tells the truth from; empty where the truth is none of the two."""
     pair = list(entry["separates"])
     if entry["protocol"] == "zero reading" and hidden != ZERO:
@@ -105,15 +133,16 @@ def rival_of(entry: dict[str, Any], hidden: str) -> str:
 
 
 def _again(
-    first: Diagnosis, before: DataSet, more: DataSet, hidden: str, entries: list[dict[str, Any]], seed: int
-) -> list[dict[str, Any]]:
+    first: Diagnosis, before: DataSet, more: DataSet, hidden: str, entries: list[NextTest], seed: int
+) -> list[Settled]:
     """Diagnose old and new tests together; return what was expected and found for each rival."""
     both, _ = join_campaigns({"first": before, "next": more})
     second = diagnose(both.points, both.tests, seed=seed)
-    found = []
+    found: list[Settled] = []
     for entry in entries:
         rival = rival_of(entry, hidden)
-        outcome = {
+        outcome: Settled = {
+            "protocol": entry["protocol"],
             "rival": rival,
             "expected_t": entry["expected_t"],
             "after": second.verdict,
@@ -141,10 +170,10 @@ def _lead(found: Diagnosis, winner: str, rival: str) -> float:
     return own.get(winner, 0.0) - own.get(rival, 0.0)
 
 
-def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> list[dict[str, Any]]:
+def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> list[Outcome]:
     """Run what is not in `folder` yet; return all results."""
     place = folder / "protocols" / sources("friction_models", "sct_twin", "forming")
-    found = []
+    found: list[Outcome] = []
     for (plan, hidden), k in product(
         [("crossed", n) for n in CROSSED] + [("tied", n) for n in TIED], range(seeds)
     ):
@@ -156,9 +185,9 @@ def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> li
     return found
 
 
-def summary(results: Sequence[dict[str, Any]]) -> Section:
+def summary(results: Sequence[Outcome]) -> Section:
     """Return the tables: each protocol as a kind, and what was expected and found of each run."""
-    runs = [{**r, **run} for r in results for run in r["runs"]]
+    runs = [run for r in results for run in r["runs"]]
     kinds = Table(
         ["protocol", "promised", "rival out, truth kept", "95 % interval", "observed over expected t, median"]
     )
@@ -171,11 +200,12 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
     each = Table(
         ["hidden", "plan", "protocol", "against", "expected t", "observed", "set before", "set after"]
     )
-    for r in sorted(runs, key=lambda r: -r["expected_t"]):
-        seen = f"{r['observed_t']:.1f}" if "observed_t" in r else f"reads {r['reading']:.0f} N"
+    with_campaign = [(r, run) for r in results for run in r["runs"]]
+    for r, run in sorted(with_campaign, key=lambda pair: -pair[1]["expected_t"]):
+        seen = f"{run['observed_t']:.1f}" if "observed_t" in run else f"reads {run['reading']:.0f} N"
         each.rows.append(
-            (r["hidden"], r["plan"], r["protocol"], r["rival"], f"{r['expected_t']:.1f}", seen,
-             ", ".join(r["set_before"]), ", ".join(r["set_after"]))
+            (r["hidden"], r["plan"], run["protocol"], run["rival"], f"{run['expected_t']:.1f}", seen,
+             ", ".join(r["set_before"]), ", ".join(run["set_after"]))
         )  # fmt: skip
     others = [r for r in runs if r["expected_t"] < ENOUGH]
     with_rivals = sum(bool(r["runs"]) for r in results)
@@ -191,7 +221,7 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
     )
 
 
-def _share(runs: Sequence[dict[str, Any]]) -> tuple[str, str]:
+def _share(runs: Sequence[Settled]) -> tuple[str, str]:
     hits = sum(r["separated"] for r in runs)
     low, high = wilson(hits, len(runs))
     return f"{hits} of {len(runs)}", f"{100 * low:.0f} to {100 * high:.0f} %"

@@ -5,17 +5,18 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Literal, NotRequired, TypedDict
 
 import numpy as np
 import pandas as pd
 
 from friction_models.common import write_json
 from friction_models.discovery import Diagnosis, diagnose
+from friction_models.discovery.further_tests.protocols import PlanRow
 
 from ..common import Section, Table, section
 from ..data import sources
@@ -52,10 +53,53 @@ class Start:
         return f"{self.plan}-{self.hidden}-{self.forms}-{self.seed}"
 
 
-def levels(plan: str) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+class Round(TypedDict):
+    """A proposed test that was run: what it promised, and what was found.
+
+    ``observed_t`` is the growth of the truth's lead in evidence, None where it is not of the pair.
+    """
+
+    protocol: str
+    separates: list[str]
+    expected_t: float
+    bits: float
+    observed_t: float | None
+    set_after: list[str]
+
+
+class Way(TypedDict):
+    """How many tests a way took (`MOST` where they did not settle it), and the names that were left."""
+
+    tests: int
+    settled: bool
+    set: list[str]
+
+
+class ProposedWay(Way):
+    """The way of the proposals, with every test of it."""
+
+    rounds: list[Round]
+
+
+class Outcome(TypedDict):
+    """What became of a campaign, as its file keeps it; both ways are there where the first answer did not settle it."""
+
+    hidden: str
+    plan: str
+    forms: str
+    seed: int
+    noise: float
+    strength: float
+    before: str
+    set_before: list[str]
+    proposed: NotRequired[ProposedWay]
+    random: NotRequired[Way]
+
+
+def levels(plan: str) -> tuple[list[PlanRow], list[PlanRow]]:
     """Return the rows of a first plan, and the points of its levels from which random choice takes: they are crossed."""
 
-    def row(sigma: float, v: float, T: float) -> dict[str, Any]:
+    def row(sigma: float, v: float, T: float) -> PlanRow:
         return {"sigma_set": sigma, "v_set": v, "T_tool": T, "psi_set": 1.07, "sd_set": 30.0}
 
     pressures, speeds, tools = (600.0, 1300.0, 2600.0), (20.0, 90.0, 400.0), (20.0, 100.0, 200.0)
@@ -79,7 +123,7 @@ def starts(seeds: int) -> list[Start]:
     ]
 
 
-def one(start: Start) -> dict[str, Any]:
+def one(start: Start) -> Outcome:
     """Return how many tests each way takes; nothing where the first answer is right, or names nothing."""
     rows, points = levels(start.plan)
     rng = np.random.default_rng([start.seed, 3])
@@ -91,15 +135,16 @@ def one(start: Start) -> dict[str, Any]:
         return lab, data, diagnose(*data, seed=start.seed)
 
     lab, data, first = laboratory()
-    result: dict[str, Any] = {
-        **asdict(start), "noise": noise, "strength": strength, "before": first.verdict, "set_before": first.confusion_set,
+    result: Outcome = {
+        "hidden": start.hidden, "plan": start.plan, "forms": start.forms, "seed": start.seed,
+        "noise": noise, "strength": strength, "before": first.verdict, "set_before": first.confusion_set,
     }  # fmt: skip
     if not first.confusion_set or settled(first, start.hidden):
         return result
     proposed = _proposed(lab, data, first, start)
     lab, data, first = laboratory()
     order = [points[k] for k in rng.integers(0, len(points), MOST)]
-    return result | {"proposed": proposed, "random": _random(lab, data, order, start)}
+    return {**result, "proposed": proposed, "random": _random(lab, data, order, start)}
 
 
 def settled(found: Diagnosis, hidden: str) -> bool:
@@ -109,8 +154,9 @@ def settled(found: Diagnosis, hidden: str) -> bool:
 
 def _proposed(
     lab: MadeLaboratory, data: tuple[pd.DataFrame, pd.DataFrame], found: Diagnosis, start: Start
-) -> dict[str, Any]:
-    used, rounds = 0, []
+) -> ProposedWay:
+    used = 0
+    rounds: list[Round] = []
     waiting = list(found.next_tests)
     while used < MOST and not settled(found, start.hidden) and waiting:
         entry = waiting.pop(0)
@@ -137,10 +183,11 @@ def _proposed(
 def _random(
     lab: MadeLaboratory,
     data: tuple[pd.DataFrame, pd.DataFrame],
-    order: Sequence[dict[str, Any]],
+    order: Sequence[PlanRow],
     start: Start,
-) -> dict[str, Any]:
-    used, names = 0, []
+) -> Way:
+    used = 0
+    names: list[str] = []
     for look in LOOKS:
         data = _joined(data, lab.run(order[used:look]))
         found = diagnose(*data, seed=start.seed)
@@ -173,9 +220,7 @@ def _joined(
     return points, tests
 
 
-def run_all(
-    folder: Path, seeds: int, jobs: int = 1, tell: Callable[[str], None] = print
-) -> list[dict[str, Any]]:
+def run_all(folder: Path, seeds: int, jobs: int = 1, tell: Callable[[str], None] = print) -> list[Outcome]:
     """Run what is not in `folder` yet; return all results."""
     place = folder / "sequential" / sources("friction_models")
     todo = starts(seeds)
@@ -190,7 +235,7 @@ def run_all(
     return [json.loads(files[s].read_text(encoding="utf-8")) for s in todo]
 
 
-def summary(results: Sequence[dict[str, Any]]) -> Section:
+def summary(results: Sequence[Outcome]) -> Section:
     """Return the tables: how many tests each way takes, and what was promised and found."""
     run = [r for r in results if "proposed" in r]
     table = Table(
@@ -211,13 +256,13 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
             )
     promised = Table(["protocol", "promises", "observed over expected t, median", "quartiles"])
     rounds = [
-        r
+        (r["protocol"], r["observed_t"] / r["expected_t"])
         for x in run
         for r in x["proposed"]["rounds"]
         if r["observed_t"] is not None and r["expected_t"] >= 1.0
     ]
-    for kind in [*dict.fromkeys(r["protocol"] for r in rounds), "all"]:
-        ratios = [r["observed_t"] / r["expected_t"] for r in rounds if kind in (r["protocol"], "all")]
+    for kind in [*dict.fromkeys(protocol for protocol, _ in rounds), "all"]:
+        ratios = [ratio for protocol, ratio in rounds if kind in (protocol, "all")]
         low, middle, high = np.quantile(ratios, [0.25, 0.5, 0.75])
         promised.rows.append((kind, len(ratios), f"{middle:.2f}", f"{low:.2f} to {high:.2f}"))
     each = Table(["hidden", "plan", "set before", "proposed", "set after", "random", "set after"])
@@ -237,16 +282,16 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
     )
 
 
-def _way(own: Sequence[dict[str, Any]], way: str) -> tuple[str, str]:
+def _way(own: Sequence[Outcome], way: Literal["proposed", "random"]) -> tuple[str, str]:
     return (
         f"{sum(r[way]['settled'] for r in own)} of {len(own)}",
         f"{np.mean([r[way]['tests'] for r in own]):.1f}",
     )
 
 
-def _share(own: Sequence[dict[str, Any]]) -> float:
+def _share(own: Sequence[Outcome]) -> float:
     return float(np.sum([r["proposed"]["tests"] for r in own]) / np.sum([r["random"]["tests"] for r in own]))
 
 
-def _tests(way: dict[str, Any]) -> str:
+def _tests(way: Way) -> str:
     return str(way["tests"]) if way["settled"] else f"more than {MOST}"

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
-from friction_models import make_model
+from friction_models import FrictionModel, make_model
 from friction_models.common import write_json
 from friction_models.discovery import diagnose, refine
 from friction_models.effects import CATALOGUE
@@ -83,6 +83,42 @@ class Case:
         return "-".join(w.replace(" ", "_") for w in [*words, str(self.seed)] if w)
 
 
+class HeldOut(TypedDict, total=False):
+    """Distance to the true law on held-out tests, of the ordinary fit and of the refined model [mu].
+
+    ``measured`` is what `refine` said of both, ``removed`` the share of the avoidable squared error, None where there is little.
+    """
+
+    before: float
+    after: float
+    measured: list[float]
+    removed: float | None
+
+
+class Outcome(HeldOut):
+    """What became of a case, as its file keeps it: the case, what it hides, and the answer.
+
+    `clarity` is that of single effects. The keys of `HeldOut` are there where an effect was named.
+    """
+
+    kind: str
+    hidden: list[str]
+    seed: int
+    null: str
+    noise: float
+    forms: str
+    left_out: str
+    strength: float
+    drawn: float
+    clipped: float
+    clarity: float | None
+    verdict: str
+    effects: list[str]
+    first: str
+    confusion_set: list[str]
+    confidence: float
+
+
 def cases(seeds: int) -> Iterator[Case]:
     """Return all cases for so many seeds each.
 
@@ -111,15 +147,21 @@ def cases(seeds: int) -> Iterator[Case]:
             yield Case("pair", pair, number + 300 + k, "plain", noise(k), forms)
 
 
-def run_case(case: Case) -> dict[str, Any]:
+def run_case(case: Case) -> Outcome:
     """Diagnose one case on its training tests, refine by what was proposed, judge on the held-out tests."""
     made = campaign(case.seed, case.hidden, case.null, case.noise, case.forms, case.kind == "lacking")
     points, tests = made.points, made.tests
     train = points["test_id"].isin(tests.loc[tests["role"] == "train", "test_id"]).to_numpy()
     catalogue = [n for n in CATALOGUE if n != case.left_out]
     found = diagnose(points[train], tests, model="linear", catalogue=catalogue, seed=case.seed)
-    result: dict[str, Any] = {
-        **asdict(case),
+    result: Outcome = {
+        "kind": case.kind,
+        "hidden": list(case.hidden),
+        "seed": case.seed,
+        "null": case.null,
+        "noise": case.noise,
+        "forms": case.forms,
+        "left_out": case.left_out,
         "strength": made.strength,
         "drawn": made.drawn,
         "clipped": made.clipped,
@@ -131,11 +173,11 @@ def run_case(case: Case) -> dict[str, Any]:
         "confidence": found.confidence,
     }
     if found.effects and case.kind in {*SERIES, "pair", "null"}:
-        result |= _held_out(made, train, found.effects)
+        return {**result, **_held_out(made, train, found.effects)}
     return result
 
 
-def _held_out(made: Made, train: np.ndarray, added: list[str]) -> dict[str, Any]:
+def _held_out(made: Made, train: np.ndarray, added: list[str]) -> HeldOut:
     """Return the distance to the true law on held-out tests of the ordinary fit and of the refined model [mu].
 
     What can be avoided is the square of that distance, less that of a linear law where nothing is hidden: its
@@ -147,7 +189,7 @@ def _held_out(made: Made, train: np.ndarray, added: list[str]) -> dict[str, Any]
     plain = points.assign(mu=np.maximum(points["mu"].to_numpy() - made.part, 1e-3))
     least = make_model("linear").fit_frame(plain[train], tests)
 
-    def square(model: Any, target: np.ndarray) -> float:
+    def square(model: FrictionModel, target: np.ndarray) -> float:
         return float(np.mean((model.predict_frame(points[~train], tests) - target[~train]) ** 2))
 
     before, after = square(base, made.law), square(better, made.law)
@@ -161,10 +203,10 @@ def _held_out(made: Made, train: np.ndarray, added: list[str]) -> dict[str, Any]
     }
 
 
-def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> list[dict[str, Any]]:
+def run_all(folder: Path, seeds: int, tell: Callable[[str], None] = print) -> list[Outcome]:
     """Run what is not in `folder` yet; return all results."""
     place = folder / sources("friction_models")
-    found = []
+    found: list[Outcome] = []
     for case in cases(seeds):
         kept = place / f"{case.key}.json"
         if not kept.is_file():
@@ -184,17 +226,23 @@ def twins_of(name: str) -> set[str]:
     return set().union(*(group for group in TWINS if name in group)) - {name}
 
 
-def _first(result: dict[str, Any]) -> bool:
+def _first(result: Outcome) -> bool:
     return bool(result["first"] == result["hidden"][0])
 
 
-def _inside(result: dict[str, Any]) -> bool:
+def _inside(result: Outcome) -> bool:
     return result["hidden"][0] in result["confusion_set"]
 
 
-def _rates_of(single: Sequence[dict[str, Any]], series: str) -> list[tuple[str, list[bool]]]:
+def _power(result: Outcome) -> float:
+    """Return how often the oracle finds what a case of `SERIES` hides."""
+    assert result["clarity"] is not None
+    return power(result["clarity"])
+
+
+def _rates_of(single: Sequence[Outcome], series: str) -> list[tuple[str, list[bool]]]:
     """Return the counts of one series of single effects, in the order of the table."""
-    seen = [r for r in single if power(r["clarity"]) >= SEEN]
+    seen = [r for r in single if _power(r) >= SEEN]
     forms = dict.fromkeys(r["forms"] for r in single)
     label = SERIES[series]
     return [
@@ -211,7 +259,7 @@ def _rates_of(single: Sequence[dict[str, Any]], series: str) -> list[tuple[str, 
 
 
 def _held_out_rows(
-    single: Sequence[dict[str, Any]], judged: Sequence[dict[str, Any]], series: str
+    single: Sequence[Outcome], judged: Sequence[Outcome], series: str
 ) -> Iterator[tuple[str, ...]]:
     """Yield what is not a rate: sizes of the confusion set and the error removed."""
     named = {"explained", "partly_explained", "ambiguous", "data_problem"}
@@ -230,9 +278,9 @@ def _held_out_rows(
         )
 
 
-def summary(results: Sequence[dict[str, Any]]) -> Section:
+def summary(results: Sequence[Outcome]) -> Section:
     """Return the tables of the benchmark."""
-    by: dict[str, list[dict[str, Any]]] = {}
+    by: dict[str, list[Outcome]] = {}
     for r in results:
         by.setdefault(r["kind"], []).append(r)
     null = by.get("null", [])
@@ -273,7 +321,7 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
     return section("Finding hidden effects: benchmark", _text(results, series), table, *each)
 
 
-def _by_effect(single: Sequence[dict[str, Any]], label: str) -> Table:
+def _by_effect(single: Sequence[Outcome], label: str) -> Table:
     """Return the table of each hidden effect of one series."""
     each = Table([f"hidden effect; {label}", "first", "in the set", "verdicts"])
     for name in dict.fromkeys(n for forms in SETS.values() for n in forms.effects):
@@ -286,9 +334,9 @@ def _by_effect(single: Sequence[dict[str, Any]], label: str) -> Table:
     return each
 
 
-def _text(results: Sequence[dict[str, Any]], series: dict[str, list[dict[str, Any]]]) -> str:
+def _text(results: Sequence[Outcome], series: dict[str, list[Outcome]]) -> str:
     """Say what the campaigns are, how strong what they hide is, and what can be seen of it."""
-    could = {kind: 100 * float(np.mean([power(r["clarity"]) for r in s])) for kind, s in series.items()}
+    could = {kind: 100 * float(np.mean([_power(r) for r in s])) for kind, s in series.items()}
     lacking = series.get("lacking", [])
     limited = sum(r["strength"] < r["drawn"] for r in lacking)
     clipped = [r["clipped"] for r in results]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
+from ..common import Section
 from ..data import sources
 from .build import Campaign, make
 from .case import Case
@@ -22,7 +22,7 @@ def kept_file(folder: Path) -> Path:
     return folder / f"results-{sources('friction_models')}.jsonl"
 
 
-def measure(folder: Path) -> dict[str, Any]:
+def measure(folder: Path) -> Section:
     """Run what is missing of the cases chosen last (all without a choice); return the section of the page."""
     from .judge import run
     from .page import summary
