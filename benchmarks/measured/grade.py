@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from .answers import LISTS, Answer, Entry, Lists
 
 
-def names_of(answer: Mapping[str, Any]) -> set[str]:
+def names_of(answer: Answer) -> set[str]:
     """Effects that an answer stands for: what it adds, and for ``ambiguous`` also what it cannot tell apart."""
     names = set(answer.get("effects") or [])
     if answer["verdict"] == "ambiguous":
@@ -14,7 +13,7 @@ def names_of(answer: Mapping[str, Any]) -> set[str]:
     return names
 
 
-def matches(answer: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
+def matches(answer: Answer, entry: Entry) -> bool:
     """Tell whether an answer meets one entry.
 
     ``verdict`` must agree; every name of ``all_of`` and one of ``any_of`` must be there; with ``only_from`` the answer has
@@ -30,14 +29,14 @@ def matches(answer: Mapping[str, Any], entry: Mapping[str, Any]) -> bool:
     return answer["verdict"] == "ambiguous" or "only_from" not in entry or names <= set(entry["only_from"])
 
 
-def grade(answer: Mapping[str, Any], expected: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+def grade(answer: Answer, expected: Lists) -> str:
     """Grade an answer (``verdict``, ``effects``, ``confusion_set``): what is on no list is wrong.
 
     Parameters
     ----------
-    answer
-        The dictionary that ``diagnose --json`` writes.
-    expected
+    answer : Answer
+        An answer with a verdict.
+    expected : Lists
         One entry of ``sets`` in ``answers.yaml``.
 
     Returns
@@ -45,7 +44,7 @@ def grade(answer: Mapping[str, Any], expected: Mapping[str, Sequence[Mapping[str
     str
         ``acceptable``, ``debatable`` or ``wrong``.
     """
-    for word in ("acceptable", "debatable"):
-        if any(matches(answer, entry) for entry in expected.get(word, [])):
+    for word in LISTS:
+        if any(matches(answer, entry) for entry in expected[word]):
             return word
     return "wrong"

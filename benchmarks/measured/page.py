@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
 
 from ..common import Table
 from ..discovery.study import wilson
+from .answers import LISTS, Answer, Entry, Result, Wanted
 from .origins import ORIGINS
-from .run import COPIES_RAISE, INVARIANCES, over_budget, same, tempted
+from .run import COPIES_RAISE, INVARIANCES, Mean, over_budget, same, tempted
 
 GRADES = ("acceptable", "debatable", "wrong", "refused", "crashed")
 SURE = 0.9
 #: The budget is a sum of squares of numbers of double precision.
 EQUAL = 1e-6
-Result = Mapping[str, Any]
 
 HEAD = """# Measured data
 
@@ -46,7 +45,7 @@ def answered(results: Iterable[Result]) -> list[Result]:
     return [r for r in results if r["answer"]["status"] == "answered"]
 
 
-def page(results: Sequence[Result], wanted: Mapping[str, Any], machine: str) -> str:
+def page(results: Sequence[Result], wanted: Mapping[str, Wanted], machine: str) -> str:
     """Return the whole page."""
     lines = [HEAD, f"Measured on: {machine}.", "", "## Summary", "", *summary(results, wanted).lines(), ""]
     lines += ["## Invariance", "", *invariance_text(results), "", *invariances(results).lines(), ""]
@@ -61,7 +60,7 @@ def page(results: Sequence[Result], wanted: Mapping[str, Any], machine: str) -> 
     return "\n".join(lines).rstrip() + "\n"
 
 
-def summary(results: Sequence[Result], wanted: Mapping[str, Any]) -> Table:
+def summary(results: Sequence[Result], wanted: Mapping[str, Wanted]) -> Table:
     """Return grades, over-confidence, crashes and budget."""
     table = Table(["what", "reached", "95 % interval"])
     grades = Counter(r["grade"] for r in results)
@@ -88,10 +87,11 @@ def summary(results: Sequence[Result], wanted: Mapping[str, Any]) -> Table:
     table.rows.append(
         ("crashes, changed tables counted as well", *share(crashed, len(changed) + len(results)))
     )
-    for mean, words in (
+    means: tuple[tuple[Mean, str], ...] = (
         ("mean_square", "each average weighted with its points"),
         ("plain_mean_square", "all averages with the same weight"),
-    ):
+    )
+    for mean, words in means:
         off = [over_budget(r["answer"], mean) for r in own]
         table.rows.append(
             (
@@ -160,7 +160,7 @@ def overview(results: Sequence[Result]) -> Table:
     return table
 
 
-def of_set(result: Result, wanted: Mapping[str, Any]) -> Iterator[str]:
+def of_set(result: Result, wanted: Wanted) -> Iterator[str]:
     """Yield the lines of one table."""
     own = result["answer"]
     yield f"### {result['name']}"
@@ -175,7 +175,7 @@ def of_set(result: Result, wanted: Mapping[str, Any]) -> Iterator[str]:
         yield f"- Confidence at most {limit:g}: {'kept' if kept else '**not kept**'}."
     if "must_warn" in wanted:
         yield f"- Must warn: {wanted['must_warn']}. Warnings: {'; '.join(own.get('warnings', [])) or 'none'}."
-    for word in ("acceptable", "debatable"):
+    for word in LISTS:
         if wanted[word]:
             yield f"- {word.capitalize()}: {'; '.join(entry_text(e) for e in wanted[word])}."
     yield "- Why:"
@@ -185,7 +185,7 @@ def of_set(result: Result, wanted: Mapping[str, Any]) -> Iterator[str]:
         yield from (f"- Why the answer is wrong: {plain(reason)}." for reason in reasons)
 
 
-def says(own: Mapping[str, Any]) -> Iterator[str]:
+def says(own: Answer) -> Iterator[str]:
     """Yield what the tool says."""
     if own["status"] != "answered":
         yield f"- The tool {own['status']}: {plain(own['said'])}"
@@ -202,7 +202,7 @@ def says(own: Mapping[str, Any]) -> Iterator[str]:
     )
 
 
-def entry_text(entry: Mapping[str, Any]) -> str:
+def entry_text(entry: Entry) -> str:
     """Return one acceptable or debatable answer in words."""
     text = f"`{entry['verdict']}`"
     if entry.get("all_of"):

@@ -7,9 +7,9 @@ import json
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -20,6 +20,7 @@ from friction_models.discovery import diagnose
 
 from ..data import sources
 from . import tables, variants
+from .answers import Answer, Call, Lists, Result, Wanted
 from .grade import grade
 
 #: What an answer must survive: name of the change, and how the page says it.
@@ -35,19 +36,20 @@ INVARIANCES = {
 LEAST_TESTS = 10
 #: Identical copies must not raise the confidence by more.
 COPIES_RAISE = 0.05
+Mean = Literal["mean_square", "plain_mean_square"]
 PARTS: tuple[Literal["floor", "explained", "missing"], ...] = ("floor", "explained", "missing")
 _HERE = Path(__file__).parent
 Told = Callable[[str], None]
 
 
-def expected() -> dict[str, Any]:
+def expected() -> dict[str, Wanted]:
     """Return the acceptable answers by set."""
     text = (_HERE / "answers.yaml").read_text(encoding="utf-8")
-    found: dict[str, Any] = yaml.safe_load(text)["sets"]
+    found: dict[str, Wanted] = yaml.safe_load(text)["sets"]
     return found
 
 
-def table_of(call: Mapping[str, Any], folder: Path) -> tables.Table:
+def table_of(call: Call, folder: Path) -> tables.Table:
     """Return points, tests and description of a set; loads that were not recorded are left out."""
     return tables.TABLES[call["function"]](folder, **call["arguments"], fill_missing=False)
 
@@ -61,8 +63,8 @@ def applies(change: str, data: pd.DataFrame, tests: pd.DataFrame) -> bool:
     return change != "drop_tests" or len(tests) >= LEAST_TESTS
 
 
-def answer_to(data: pd.DataFrame, tests: pd.DataFrame) -> dict[str, Any]:
-    """Return what the diagnosis says of a table: ``status`` is ``answered``, ``refused`` or ``crashed``."""
+def answer_to(data: pd.DataFrame, tests: pd.DataFrame) -> Answer:
+    """Return what the diagnosis says of a table."""
     began = time.perf_counter()
     try:
         with warnings.catch_warnings():
@@ -93,9 +95,7 @@ def answer_to(data: pd.DataFrame, tests: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def run_all(
-    data: Path, kept: Path, tell: Told = print, only: list[str] | None = None
-) -> list[dict[str, Any]]:
+def run_all(data: Path, kept: Path, tell: Told = print, only: list[str] | None = None) -> list[Result]:
     """Diagnose what is not kept yet; return one result a set, graded, with its answers after each change.
 
     Parameters
@@ -120,15 +120,15 @@ def run_all(
     ]
 
 
-def _run_set(name: str, wanted: dict[str, Any], data: Path, place: Path, tell: Told) -> dict[str, Any]:
+def _run_set(name: str, wanted: Wanted, data: Path, place: Path, tell: Told) -> Result:
     points, tests, description = table_of(wanted["call"], data)
 
-    def answer(change: str, of: tables.Table) -> dict[str, Any]:
+    def answer(change: str, of: tables.Table) -> Answer:
         file = place / f"{name}--{change}.json"
         if not file.is_file():
             write_json(file, answer_to(*of[:2]))
             tell(f"{name}: {change}")
-        found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        found: Answer = json.loads(file.read_text(encoding="utf-8"))
         return found
 
     own = answer("as_it_is", (points, tests, ""))
@@ -149,24 +149,24 @@ def _run_set(name: str, wanted: dict[str, Any], data: Path, place: Path, tell: T
     }
 
 
-def over_budget(answer: Mapping[str, Any], mean: str = "mean_square") -> float:
+def over_budget(answer: Answer, mean: Mean = "mean_square") -> float:
     """Return by which share floor^2 + explained^2 + missing^2 is off the mean square of what the base leaves."""
     total = sum(v**2 for v in answer["budget"].values())
     return abs(float(total / answer[mean]) - 1.0)
 
 
-def same(before: Mapping[str, Any], after: Mapping[str, Any]) -> tuple[bool, bool]:
+def same(before: Answer, after: Answer) -> tuple[bool, bool]:
     """Return whether the verdict, and whether the first effect, is the same."""
     if after["status"] != "answered":
         return False, False
     return before["verdict"] == after["verdict"], before["effects"][:1] == after["effects"][:1]
 
 
-def tempted(answer: Mapping[str, Any], wanted: Mapping[str, Any]) -> Iterator[str]:
+def tempted(answer: Answer, wanted: Lists) -> Iterator[str]:
     """Yield the reasons why an answer is wrong that were written down beforehand."""
     for entry in wanted["wrong"]:
         names = set(entry.get("names", []))
         if entry["verdict"] not in ("any", answer["verdict"]):
             continue
         if not names or names & set(answer["effects"]):
-            yield str(entry["because"])
+            yield entry["because"]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from benchmarks.measured import page, tables, variants
+from benchmarks.measured.answers import Answer, Lists
 from benchmarks.measured.grade import grade
 from benchmarks.measured.origins import ORIGINS
 from benchmarks.measured.run import INVARIANCES, expected, over_budget, same, tempted
@@ -14,11 +13,16 @@ from friction_models.discovery.answer.diagnosis import VERDICTS
 from friction_models.effects import CATALOGUE
 
 
-def said(verdict: str, *effects: str, confusion: tuple[str, ...] = ()) -> dict[str, Any]:
-    return {"verdict": verdict, "effects": list(effects), "confusion_set": list(confusion)}
+def said(verdict: str, *effects: str, confusion: tuple[str, ...] = ()) -> Answer:
+    return {
+        "status": "answered",
+        "verdict": verdict,
+        "effects": list(effects),
+        "confusion_set": list(confusion),
+    }
 
 
-WANTED: dict[str, Any] = {
+WANTED: Lists = {
     "acceptable": [
         {"verdict": "explained", "any_of": ["viscous", "hersey"], "only_from": ["viscous", "hersey"]},
         {"verdict": "ambiguous", "any_of": ["viscous"], "only_from": ["viscous"]},
@@ -46,7 +50,7 @@ WANTED: dict[str, Any] = {
         (said("nothing_missing"), "wrong"),
     ],
 )
-def test_grades(answer: dict[str, Any], right: str) -> None:
+def test_grades(answer: Answer, right: str) -> None:
     assert grade(answer, WANTED) == right
 
 
@@ -61,7 +65,7 @@ def test_the_names_of_the_lists_are_those_of_the_catalogue() -> None:
         assert wanted["because"] and (wanted["acceptable"] or wanted["debatable"]), name
         for entry in [*wanted["acceptable"], *wanted["debatable"]]:
             assert entry["verdict"] in VERDICTS, name
-            names = {n for key in ("all_of", "any_of", "only_from") for n in entry.get(key, [])}
+            names = {*entry.get("all_of", []), *entry.get("any_of", []), *entry.get("only_from", [])}
             assert all(n in CATALOGUE or n.startswith("factor:") for n in names), name
         for entry in wanted["wrong"]:
             assert all(n in CATALOGUE for n in entry.get("names", [])), name
@@ -75,9 +79,9 @@ def test_a_budget_that_does_not_add_up_is_seen() -> None:
 
 
 def test_a_refusal_is_a_changed_answer() -> None:
-    before = {"status": "answered"} | said("explained", "viscous", "hersey")
-    assert same(before, {"status": "answered"} | said("explained", "viscous")) == (True, True)
-    assert same(before, {"status": "answered"} | said("explained", "hersey")) == (True, False)
+    before = said("explained", "viscous", "hersey")
+    assert same(before, said("explained", "viscous")) == (True, True)
+    assert same(before, said("explained", "hersey")) == (True, False)
     assert same(before, {"status": "refused", "said": "no"}) == (False, False)
 
 
