@@ -6,10 +6,11 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
+from friction_models import FrictionModel
 from friction_models.common import InputError, write_json
 from friction_models.discovery import diagnose, refine
 from friction_models.families.composed import ComposedFriction
@@ -30,7 +31,32 @@ OFFERS = ("unknown_structure", "partly_explained")
 OUTSIDE, BEYOND = 2000, (0.11, 3.0)
 
 
-def run_case(case: Case) -> dict[str, Any]:
+class Outcome(TypedDict):
+    """What became of a case, as its file keeps it.
+
+    ``offered`` are the terms of the first offer, ``promised`` and ``interval`` what it says that they remove; ``before``,
+    ``after`` and ``floor`` (of the true form) are errors on held-out tests [mu], ``outside`` is by how much terms alone differ
+    from the base beyond the tests, ``refused`` why nothing could be added.
+    """
+
+    source: str
+    law: str
+    number: int
+    unseen: bool
+    verdict: str
+    effects: list[str]
+    seconds: float
+    offered: list[str]
+    promised: float | None
+    interval: list[float] | None
+    before: float
+    floor: float
+    after: float
+    outside: float
+    refused: str
+
+
+def run_case(case: Case) -> Outcome:
     """Diagnose, add what is named and what is offered first, and judge on held-out tests without noise."""
     made = hidden(case)
     began = time.process_time()
@@ -39,7 +65,7 @@ def run_case(case: Case) -> dict[str, Any]:
     offer = found.formulas[0] if found.formulas else None
     named = found.effects if found.verdict in (*OFFERS, "explained", "ambiguous") else []
     before = _square(refine(made.data, made.tests, add=[]), made)
-    result: dict[str, Any] = {
+    result: Outcome = {
         "source": case.source, "law": case.law, "number": case.number, "unseen": case.unseen,
         "verdict": found.verdict, "effects": found.effects, "seconds": took,
         "offered": offer.names if offer else [], "promised": offer.share if offer else None,
@@ -50,14 +76,14 @@ def run_case(case: Case) -> dict[str, Any]:
         try:
             model = refine(made.data, made.tests, add=[*named, *(offer.effects if offer else [])])
         except InputError as error:
-            return result | {"refused": str(error)}
+            return {**result, "refused": str(error)}
         result["after"] = _square(model, made) ** 0.5
         if offer and not named and isinstance(model, ComposedFriction):
             result["outside"] = _beyond(model, made)
     return result
 
 
-def _square(model: Any, made: Hidden) -> float:
+def _square(model: FrictionModel, made: Hidden) -> float:
     return float(np.mean((model.predict_frame(made.held, made.held_tests) - made.truth) ** 2))
 
 
@@ -75,18 +101,18 @@ def _beyond(model: ComposedFriction, made: Hidden) -> float:
     return float(np.max(np.abs(model.predict(points) - base)))
 
 
-def removed(result: dict[str, Any]) -> float:
+def removed(result: Outcome) -> float:
     """Return the share of the avoidable squared error that is removed."""
-    before, after, floor = (result[k] ** 2 for k in ("before", "after", "floor"))
+    before, after, floor = result["before"] ** 2, result["after"] ** 2, result["floor"] ** 2
     return float((before - after) / max(before - floor, 1e-300))
 
 
 def run_all(
     folder: Path, chosen: Sequence[Case] | None = None, tell: Callable[[str], None] = print
-) -> list[dict[str, Any]]:
+) -> list[Outcome]:
     """Run what is not in `folder` yet; return all results."""
     place = folder / sources("friction_models")
-    found = []
+    found: list[Outcome] = []
     for case in cases() if chosen is None else chosen:
         kept = place / f"{case.key}.json"
         if not kept.is_file():
@@ -96,7 +122,7 @@ def run_all(
     return found
 
 
-def summary(results: Sequence[dict[str, Any]]) -> Section:
+def summary(results: Sequence[Outcome]) -> Section:
     """Return the tables of the benchmark."""
     table = Table(
         ["cases", "at least 80 % removed", "95 % interval", "median removed", "worse than the base"]
@@ -132,10 +158,14 @@ def summary(results: Sequence[dict[str, Any]]) -> Section:
     return section("Terms for what is outside the catalogue: benchmark", _text(results, asked), table, each)
 
 
-def _text(results: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) -> str:
-    offered = [r for r in asked if r["promised"] is not None]
-    kept = sum(removed(r) >= r["interval"][0] for r in offered)
-    high = sum(r["promised"] > removed(r) + 0.1 for r in offered)
+def _text(results: Sequence[Outcome], asked: Sequence[Outcome]) -> str:
+    offered = [
+        (r["promised"], r["interval"][0], removed(r))
+        for r in asked
+        if r["promised"] is not None and r["interval"] is not None
+    ]
+    kept = sum(share >= low for _, low, share in offered)
+    high = sum(promised > share + 0.1 for promised, _, share in offered)
     outside = max((r["outside"] for r in results), default=0.0)
     return (
         f"{len(results)} synthetic campaigns{' (those that were left alone)' if all(r['unseen'] for r in results) else ''} "

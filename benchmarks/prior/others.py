@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict
 
 from friction_models.common import InputError, write_json
 from friction_models.discovery import diagnose
@@ -33,6 +33,18 @@ class Task(NamedTuple):
     ask: Callable[[], tuple[Diagnosis, bool | None]]
 
 
+class Judged(TypedDict, total=False):
+    """Whose campaign was answered, the verdict with the grounds of its confidence, and whether it is right.
+
+    A table that was refused has no verdict; `right` is None there, and where no single answer is right.
+    """
+
+    source: str
+    verdict: str
+    grounds: dict[str, float]
+    right: bool | None
+
+
 def tasks() -> Iterator[Task]:
     """Yield the campaigns of the literature benchmark and of the blind benchmark."""
     apart = ids_apart()
@@ -54,14 +66,14 @@ def tasks() -> Iterator[Task]:
         yield Task("blind", made_up.name, made_up.half == "b", of_blind)
 
 
-def rows_of_others(folder: Path, apart: bool) -> list[dict[str, Any]]:
+def rows_of_others(folder: Path, apart: bool) -> list[Judged]:
     """Return verdict, grounds and rightness of the cases kept apart, or of the others; those that the same code gave are read.
 
     Tables that are refused, and cases without a single right answer, are left out.
     """
     kept = folder / "others" / sources("friction_models")
     kept.mkdir(parents=True, exist_ok=True)
-    rows = []
+    rows: list[Judged] = []
     for task in tasks():
         if task.apart != apart:
             continue
@@ -74,7 +86,7 @@ def rows_of_others(folder: Path, apart: bool) -> list[dict[str, Any]]:
     return rows
 
 
-def _row(task: Task) -> dict[str, Any]:
+def _row(task: Task) -> Judged:
     try:
         found, right = task.ask()
     except InputError:

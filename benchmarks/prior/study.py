@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from sklearn.linear_model import LogisticRegression
@@ -19,7 +19,7 @@ from ..common import Section, Table, section
 from ..data import sources
 from ..literature.calibration import reliability
 from .campaigns import campaign
-from .others import rows_of_others
+from .others import Judged, rows_of_others
 
 #: Campaigns below are fitted to, those from here on judge.
 JUDGED_FROM = 600_000
@@ -34,7 +34,22 @@ PENALTY = 1.0
 BY_PRIOR = ("unknown_structure", "nothing_missing")
 
 
-def right(row: dict[str, Any]) -> bool:
+class Answer(TypedDict):
+    """A campaign and its answer, as its file keeps them: laws, names and strengths of what is hidden, then the diagnosis."""
+
+    seed: int
+    kind: str
+    laws: list[str]
+    hidden: list[list[str]]
+    strengths: list[float]
+    verdict: str
+    effects: list[str]
+    confusion_set: list[str]
+    confidence: float
+    grounds: dict[str, float]
+
+
+def right(row: Answer) -> bool:
     """Return whether an answer is right: it names what is hidden and nothing else, or abstains where no effect describes it.
 
     A part that is too small to be seen may be named, but need not.
@@ -45,7 +60,7 @@ def right(row: dict[str, Any]) -> bool:
     if verdict == "nothing_missing":
         return not seen
     if row["kind"] == "outside":
-        return bool(verdict == "unknown_structure")
+        return verdict == "unknown_structure"
     if verdict == "ambiguous":
         return bool(every) and all((names | set(row["confusion_set"])) & n for n in seen)
     if verdict not in {"explained", "data_problem", "partly_explained"} or not names:
@@ -54,7 +69,7 @@ def right(row: dict[str, Any]) -> bool:
     return only and (verdict == "partly_explained" or all(names & n for n in seen))
 
 
-def answer(seed: int) -> dict[str, Any]:
+def answer(seed: int) -> Answer:
     """Diagnose one campaign."""
     made = campaign(seed)
     said = diagnose(made.points, made.tests)
@@ -63,7 +78,7 @@ def answer(seed: int) -> dict[str, Any]:
         "kind": made.kind,
         "laws": [law.key for law in made.laws],
         "hidden": [sorted(law.names) for law in made.laws],
-        "strengths": made.strengths,
+        "strengths": list(made.strengths),
         "verdict": said.verdict,
         "effects": said.effects,
         "confusion_set": said.confusion_set,
@@ -72,11 +87,11 @@ def answer(seed: int) -> dict[str, Any]:
     }
 
 
-def answers(folder: Path, seeds: Sequence[int]) -> list[dict[str, Any]]:
+def answers(folder: Path, seeds: Sequence[int]) -> list[Answer]:
     """Return the answers of campaigns; those that the same code gave before and that are kept in `folder` are read."""
     kept = folder / "prior" / sources("friction_models")
     kept.mkdir(parents=True, exist_ok=True)
-    rows = []
+    rows: list[Answer] = []
     for seed in seeds:
         path = kept / f"{seed}.json"
         if not path.exists():
@@ -85,19 +100,23 @@ def answers(folder: Path, seeds: Sequence[int]) -> list[dict[str, Any]]:
     return rows
 
 
+def _judged(row: Answer) -> Judged:
+    return {"source": "prior", "verdict": row["verdict"], "grounds": row["grounds"], "right": right(row)}
+
+
 def kind_of(verdict: str) -> str:
     """Return the entry of `WEIGHTS` that a verdict has."""
     return verdict if verdict in WEIGHTS else "named"
 
 
 def fitted(
-    rows: Sequence[dict[str, Any]], others: Sequence[dict[str, Any]] = ()
+    rows: Sequence[Answer], others: Sequence[Judged] = ()
 ) -> dict[str, tuple[float, dict[str, float]]]:
     """Return weights like `WEIGHTS`, fitted to answers to the prior and to campaigns of others, every author with the same weight.
 
     `others` have ``source`` and ``right`` beside verdict and grounds, see `others.rows_of_others`.
     """
-    judged = [{**r, "source": "prior", "right": right(r)} for r in rows] + list(others)
+    judged = [*map(_judged, rows), *others]
     size = Counter(r["source"] for r in judged)
     found = {}
     for kind, (_, weights) in WEIGHTS.items():
@@ -119,7 +138,7 @@ def fitted(
     return found
 
 
-def reliability_tables(judged: Mapping[str, Sequence[dict[str, Any]]]) -> tuple[Table, Table]:
+def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, Table]:
     """Return how reliable the confidence is by author of the campaigns, and the reliability diagram of all as a table.
 
     Parameters
@@ -159,7 +178,7 @@ def measure(folder: Path, campaigns: int = 200) -> Section:
     """Return the section on the confidence: campaigns that it was not fitted to, by three authors."""
     own = answers(folder, range(JUDGED_FROM, JUDGED_FROM + campaigns))
     others = rows_of_others(folder, apart=True)
-    judged: dict[str, list[dict[str, Any]]] = {"prior": [{**r, "right": right(r)} for r in own]}
+    judged = {"prior": [_judged(row) for row in own]}
     for source in sorted({r["source"] for r in others}):
         judged[f"{source}, cases kept apart"] = [r for r in others if r["source"] == source]
     text = (

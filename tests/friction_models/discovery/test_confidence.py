@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
 
 from benchmarks.prior.campaigns import KINDS, campaign
 from benchmarks.prior.laws import LAWS, OUTSIDE
-from benchmarks.prior.study import fitted, kind_of, right
+from benchmarks.prior.study import Answer, fitted, kind_of, right
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge import confidence as module
 from friction_models.discovery.judge.confidence import LIMITS, WEIGHTS, confidence
@@ -48,7 +46,8 @@ def test_what_speaks_for_an_answer_makes_it_surer() -> None:
 def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Answers that are right with a chance known here, by another formula: the confidence must come out as that chance."""
     rng = np.random.default_rng(3)
-    rows: list[dict[str, Any]] = []
+    rows: list[Answer] = []
+    known: list[bool] = []
     for verdict in ("explained", "ambiguous", "unknown_structure", "nothing_missing"):
         for _ in range(1500):
             grounds = {n: float(rng.uniform(0.0, 3.0)) for _, w in WEIGHTS.values() for n in w}
@@ -59,14 +58,15 @@ def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPat
             hidden = [["stribeck"]] if kind == "single" else []
             names = ["stribeck"] if verdict in {"explained", "ambiguous"} else []
             rows.append(
-                {"kind": kind, "hidden": hidden, "strengths": [1.0] * len(hidden), "verdict": verdict}
-                | {"effects": names, "confusion_set": names, "grounds": grounds, "good": good}
-            )
-    assert all(right(r) == r["good"] for r in rows)
+                {"seed": len(rows), "kind": kind, "laws": [], "hidden": hidden, "strengths": [1.0] * len(hidden),
+                 "verdict": verdict, "effects": names, "confusion_set": names, "confidence": 0.5, "grounds": grounds}
+            )  # fmt: skip
+            known.append(bool(good))
+    assert list(map(right, rows)) == known
     monkeypatch.setattr(module, "WEIGHTS", fitted(rows))
     for verdict in ("explained", "nothing_missing"):
         said = np.array([confidence(verdict, r["grounds"]) for r in rows if r["verdict"] == verdict])
-        was = np.array([r["good"] for r in rows if r["verdict"] == verdict])
+        was = np.array([k for r, k in zip(rows, known, strict=True) if r["verdict"] == verdict])
         for k in (said < 0.7, said >= 0.8):
             assert abs(said[k].mean() - was[k].mean()) < 0.05
 
