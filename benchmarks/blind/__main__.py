@@ -8,6 +8,7 @@ from pathlib import Path
 
 from benchmarks.blind.cases import all_cases
 from benchmarks.blind.judge import judge
+from benchmarks.blind.record import Record
 from benchmarks.blind.runner import file_of, run
 from benchmarks.blind.score import by_recipe, failed, failure, numbers
 
@@ -34,11 +35,11 @@ def main() -> None:
     ]
     if not given.score:
         run(cases, given.out, given.workers, given.limit)
-    judged = [
-        judge(c, json.loads(file_of(c, given.out).read_text()))
-        for c in cases
-        if file_of(c, given.out).exists()
-    ]
+    judged = []
+    for c in cases:
+        if file_of(c, given.out).exists():
+            kept: Record = json.loads(file_of(c, given.out).read_text())
+            judged.append(judge(c, kept["answer"], kept["truth"]))
     halves = {half: [j for j in judged if j.case.half == half] for half in "ab"}
     table = {"a": numbers(halves["a"]), "b": numbers(halves["b"]), "both": numbers(judged)}
     rows = list(dict.fromkeys(row for column in table.values() for row in column))

@@ -15,7 +15,7 @@ from benchmarks.blind.laws import LAWS
 from benchmarks.blind.noise import RECIPES
 from benchmarks.blind.oracle import Oracle
 from benchmarks.blind.plans import PLANS, add_metadata
-from benchmarks.blind.truth import Hidden, truth_of
+from benchmarks.blind.truth import Hidden, Truth, truth_of
 
 HEATED_PLANS = ("correlated30", "warming30")
 
@@ -27,7 +27,7 @@ class Built:
     points: pd.DataFrame
     tests: pd.DataFrame
     model: Any
-    truth: dict[str, Any]
+    truth: Truth
 
 
 def _own_heat(c: Campaign, measured: Array) -> None:

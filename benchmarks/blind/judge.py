@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from benchmarks.blind.cases import Case
+from benchmarks.blind.record import Answer
+from benchmarks.blind.truth import LawTruth, Truth
 
 NAMING = ("explained", "ambiguous", "partly_explained", "data_problem")
 
@@ -20,7 +21,7 @@ class Judged:
     rivals: tuple[str, ...]
     confidence: float
     sentence: str
-    truth: dict[str, Any]
+    truth: Truth
     right: bool
     first: bool
     in_set: bool
@@ -31,25 +32,22 @@ class Judged:
     @property
     def visible(self) -> bool:
         """Whether an oracle sees at least one law."""
-        return not self.truth.get("nothing", True)
+        return not self.truth["nothing"]
 
     @property
     def twin(self) -> bool:
         """Whether a hidden law has an inherent twin on this plan."""
-        return any(law["twins"] for law in self.truth.get("laws", []))
+        return any(law["twins"] for law in self.truth["laws"])
 
 
-def _accepted(law: dict[str, Any]) -> set[str]:
+def _accepted(law: LawTruth) -> set[str]:
     return {*law["names"], *law["twins"]}
 
 
-def judge(case: Case, record: dict[str, Any]) -> Judged:
-    """Judge one record."""
-    said, truth = (
-        record["answer"],
-        record["truth"] or {"laws": [], "merged": {}, "nothing": case.kind == "null"},
-    )
-    verdict, laws = str(said["verdict"]), truth["laws"]
+def judge(case: Case, said: Answer, known: Truth | None) -> Judged:
+    """Judge one answer; nothing is known of a case that was not built."""
+    truth: Truth = known or {"laws": [], "merged": {}, "nothing": case.kind == "null"}
+    verdict, laws = said["verdict"], truth["laws"]
     effects = tuple(said["effects"] or ()) if verdict in NAMING else ()
     rivals = tuple(said["confusion_set"] or ()) if verdict in NAMING else ()
     visible = [law for law in laws if law["visible"]]
@@ -97,7 +95,7 @@ def judge(case: Case, record: dict[str, Any]) -> Judged:
         effects,
         rivals,
         float(said["confidence"] or 0.0),
-        str(said["sentence"]),
+        said["sentence"],
         truth,
         right,
         first,

@@ -10,40 +10,20 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.blind.cases import Case
+from benchmarks.blind.record import Record, no_answer, said
 
 
-def answer_of(case: Case) -> dict[str, Any]:
+def answer_of(case: Case) -> Record:
     """Build a case and diagnose it: truth, answer, seconds."""
     from benchmarks.blind.build import build
     from friction_models.discovery import diagnose
 
     built = build(case)
     start = time.process_time()
-    answer: dict[str, Any]
     try:
-        said: dict[str, Any] = diagnose(built.points, tests=built.tests, model=built.model).to_dict()
+        answer = said(diagnose(built.points, tests=built.tests, model=built.model))
     except Exception as error:  # a crash is an answer, and a wrong one
-        answer = {
-            "verdict": "crash",
-            "effects": [],
-            "confusion_set": [],
-            "confidence": 1.0,
-            "sentence": repr(error)[:500],
-        }
-    else:
-        keys = (
-            "verdict",
-            "effects",
-            "confusion_set",
-            "confidence",
-            "sentence",
-            "where",
-            "error_budget",
-            "noise_floor",
-            "warnings",
-        )
-        answer = {key: said.get(key) for key in keys}
-        answer["ranking"] = said["ranking"][:6]
+        answer = no_answer("crash", repr(error)[:500])
     return {
         "name": case.name,
         "truth": built.truth,
@@ -52,7 +32,7 @@ def answer_of(case: Case) -> dict[str, Any]:
     }
 
 
-def _write(path: Path, record: dict[str, Any]) -> None:
+def _write(path: Path, record: Record) -> None:
     part = path.with_suffix(".part")
     part.write_text(json.dumps(record, indent=1, default=float))
     part.replace(path)
@@ -91,14 +71,8 @@ def run(cases: Sequence[Case], folder: Path, workers: int, limit: float) -> None
             process.join()
             path = file_of(case, folder)
             if not path.exists():
-                said = f"no answer in {limit:g} s" if late else f"the process ended with {process.exitcode}"
-                answer: dict[str, Any] = {
-                    "verdict": "time-out" if late else "crash",
-                    "effects": [],
-                    "confusion_set": [],
-                    "confidence": 1.0,
-                    "sentence": said,
-                }
+                why = f"no answer in {limit:g} s" if late else f"the process ended with {process.exitcode}"
+                answer = no_answer("time-out" if late else "crash", why)
                 _write(path, {"name": case.name, "truth": None, "answer": answer, "seconds": limit})
             running.remove((process, case, start))
             done = total - len(waiting) - len(running)

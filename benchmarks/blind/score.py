@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,7 @@ def abstains(j: Judged) -> bool:
     )
 
 
-def numbers(judged: Sequence[Judged]) -> dict[str, Any]:
+def numbers(judged: Sequence[Judged]) -> dict[str, int | str]:
     """The numbers of a set of cases."""
     of = {
         kind: [j for j in judged if j.case.kind == kind]
@@ -38,7 +37,7 @@ def numbers(judged: Sequence[Judged]) -> dict[str, Any]:
     plain = [j for j in seen if not j.twin]
     named = [j for j in seen if j.rivals]
     sure = [j for j in judged if j.confidence >= 0.9]
-    out: dict[str, Any] = {
+    out: dict[str, int | str] = {
         "cases": len(judged),
         "crashes and time-outs": _rate(j.verdict in ("crash", "time-out") for j in judged),
         "false alarms (nulls)": _rate(not j.right for j in of["null"]),
@@ -106,7 +105,7 @@ def failure(j: Judged) -> str:
     truth = "; ".join(
         f"{law['law']} (accepted {'/'.join(sorted({*law['names'], *law['twins']})) or 'none'}, non-centrality {law['noncentrality']:g}, share {law['share_of_variance']:.2f}, "
         f"closest {', '.join(f'{k} {v:.2f}' for k, v in list(law['near'].items())[:3])})"
-        for law in j.truth.get("laws", [])
+        for law in j.truth["laws"]
     )
     rivals = [r for r in j.rivals if r not in j.effects]
     said = f"{j.verdict} {', '.join(j.effects)}" + (f" [or {', '.join(rivals)}]" if rivals else "")

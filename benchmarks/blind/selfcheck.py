@@ -7,7 +7,6 @@ must be wrong in 5 % of campaigns of pure noise and find 7.85 in 80 %.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -20,12 +19,14 @@ from benchmarks.blind.laws import LAWS
 from benchmarks.blind.noise import RECIPES
 from benchmarks.blind.oracle import LIMIT, Oracle
 from benchmarks.blind.plans import PLANS
+from benchmarks.blind.record import Answer
 from benchmarks.blind.score import failed
+from benchmarks.blind.truth import Truth
 
-Answer = Callable[[Case, dict[str, Any]], tuple[str, list[str]]]
+Say = Callable[[Case, Truth], tuple[str, list[str]]]
 
 
-def perfect(case: Case, truth: dict[str, Any]) -> tuple[str, list[str]]:
+def perfect(case: Case, truth: Truth) -> tuple[str, list[str]]:
     """What an oracle would say."""
     names = [min(law["names"]) for law in truth["laws"] if law["visible"] and law["names"]]
     if names:
@@ -33,29 +34,29 @@ def perfect(case: Case, truth: dict[str, Any]) -> tuple[str, list[str]]:
     return ("unknown_structure" if case.kind == "outside" else "nothing_missing"), []
 
 
-def silent(case: Case, truth: dict[str, Any]) -> tuple[str, list[str]]:
+def silent(case: Case, truth: Truth) -> tuple[str, list[str]]:
     """Nothing, whatever the data."""
     return "nothing_missing", []
 
 
-def wrong(case: Case, truth: dict[str, Any]) -> tuple[str, list[str]]:
+def wrong(case: Case, truth: Truth) -> tuple[str, list[str]]:
     """A name that no law has."""
     return "explained", ["phlogiston"]
 
 
-def share_right(say: Answer, cases: list[tuple[Case, dict[str, Any]]]) -> tuple[float, float]:
+def share_right(say: Say, cases: list[tuple[Case, Truth]]) -> tuple[float, float]:
     """Shares of answers that are right, and that are not failures."""
     judged = []
     for case, truth in cases:
         verdict, effects = say(case, truth)
-        answer = {
+        answer: Answer = {
             "verdict": verdict,
             "effects": effects,
             "confusion_set": effects,
             "confidence": 0.9,
             "sentence": "",
         }
-        judged.append(judge(case, {"truth": truth, "answer": answer}))
+        judged.append(judge(case, answer, truth))
     return float(np.mean([j.right for j in judged])), float(np.mean([not failed(j) for j in judged]))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -25,6 +25,44 @@ class Hidden:
     term: Array
 
 
+class LawTruth(TypedDict):
+    """What is true of one hidden law: which names are right, and how well an oracle sees it."""
+
+    law: str
+    source: str
+    strength: float
+    noncentrality: float
+    visible: bool
+    share_of_variance: float
+    range_mu: float
+    names: list[str]
+    partial: list[str]
+    twins: dict[str, float]
+    own_shape_share: float
+    near: dict[str, float]
+
+
+class Imitation(TypedDict, total=False):
+    """Two effects that follow a law outside the catalogue best; empty where no such law is hidden alone."""
+
+    effects: list[str]
+    share: float
+    left: float
+    hidden: bool
+
+
+class Truth(TypedDict):
+    """What is true of a case; of one that was not built, only the first three are known."""
+
+    laws: list[LawTruth]
+    merged: dict[str, float]
+    nothing: bool
+    imitation: NotRequired[Imitation]
+    noncentrality: NotRequired[float]
+    share_of_variance: NotRequired[float]
+    mu_range: NotRequired[list[float]]
+
+
 def _along_total(oracle: Oracle, total: Array, shape: Array) -> bool:
     """Whether friction as a whole runs the way of a rival (beside a constant alone)."""
     constant = oracle.whiten(np.ones(len(total)))
@@ -33,7 +71,7 @@ def _along_total(oracle: Oracle, total: Array, shape: Array) -> bool:
     return float(a[:, 0] @ b[:, 0]) > 0
 
 
-def imitation(target: Array, shapes: list[tuple[str, Array, Array]], oracle: Oracle) -> dict[str, Any]:
+def imitation(target: Array, shapes: list[tuple[str, Array, Array]], oracle: Oracle) -> Imitation:
     """How well two effects of the catalogue together follow a law outside it (best partners of the ten best shapes)."""
     projected = [(name, w - oracle.base @ (oracle.base.T @ w)) for name, _, w in shapes]
     alone = sorted(
@@ -63,11 +101,11 @@ def imitation(target: Array, shapes: list[tuple[str, Array, Array]], oracle: Ora
     }
 
 
-def truth_of(c: Campaign, base: Array, hidden: list[Hidden], oracle: Oracle, design: Array) -> dict[str, Any]:
+def truth_of(c: Campaign, base: Array, hidden: list[Hidden], oracle: Oracle, design: Array) -> Truth:
     """Judge every hidden law against all rival shapes on the noiseless truth."""
     shapes = [(name, z, oracle.whiten(z)) for name, z in rivals(c)] if hidden else []
     sum_of_terms = base + sum((h.term for h in hidden), np.zeros(len(base)))
-    laws = []
+    laws: list[LawTruth] = []
     for i, h in enumerate(hidden):
         others = [oracle.whiten(o.term) for j, o in enumerate(hidden) if j != i]
         beside = np.hstack(others) if others else None

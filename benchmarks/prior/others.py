@@ -17,6 +17,7 @@ from friction_models.discovery.answer.diagnosis import Diagnosis
 from ..blind.build import build
 from ..blind.cases import all_cases
 from ..blind.judge import judge
+from ..blind.record import said
 from ..data import sources
 from ..literature.answers import read, score
 from ..literature.build import make
@@ -61,7 +62,7 @@ def tasks() -> Iterator[Task]:
         def of_blind(made_up: Any = made_up) -> tuple[Diagnosis, bool | None]:
             built = build(made_up)
             found = diagnose(built.points, tests=built.tests, model=built.model)
-            return found, judge(made_up, {"truth": built.truth, "answer": found.to_dict()}).right
+            return found, judge(made_up, said(found), built.truth).right
 
         yield Task("blind", made_up.name, made_up.half == "b", of_blind)
 
