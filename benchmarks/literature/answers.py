@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import permutations
-from typing import Any
+from typing import Any, TypedDict
 
 from . import names
 from .case import Case
@@ -33,6 +33,25 @@ class Answer:
     effects: list[str] = field(default_factory=list)
     confusion: list[str] = field(default_factory=list)
     confidence: float | None = None
+
+
+class Score(TypedDict):
+    """What an answer is worth; None where it makes no sense for the kind of case.
+
+    ``right`` is for the calibration: None where the case has no single right answer.
+    """
+
+    false_alarm: bool | None
+    first: bool | None
+    first_or_twin: bool | None
+    in_set: bool | None
+    in_set_or_twin: bool | None
+    set_size: int | None
+    exact: bool | None
+    exact_or_twin: bool | None
+    abstains: bool | None
+    right: bool | None
+    wrong_names: list[str]
 
 
 def _flat(items: Any) -> list[str]:
@@ -74,7 +93,7 @@ def _match(effects: list[str], laws: list[Law], near: bool) -> bool:
     return any(all(e in s for e, s in zip(effects, order, strict=True)) for order in permutations(sets))
 
 
-def score(case: Case, answer: Answer) -> dict[str, Any]:
+def score(case: Case, answer: Answer) -> Score:
     """Score an answer.
 
     Parameters
@@ -83,34 +102,25 @@ def score(case: Case, answer: Answer) -> dict[str, Any]:
         The case with its truth.
     answer : Answer
         What the diagnosis said.
-
-    Returns
-    -------
-    dict
-        ``false_alarm``, ``first``, ``first_or_twin``, ``in_set``, ``in_set_or_twin``, ``set_size``, ``exact``,
-        ``exact_or_twin``, ``wrong_names``, ``abstains``, ``right`` (for the calibration; None where the case has
-        no single right answer). Entries that make no sense for the kind of case are None.
     """
     laws = [get(key) for key in case.laws]
     known = [law for law in laws if not law.outside]
     near: frozenset[str] = frozenset().union(*(law.near() for law in laws))
     accepted = answer.effects if answer.verdict in (*names.ACCEPTING, "data_problem") else []
     wrong = [e for e in accepted if e not in near]
-    found: dict[str, Any] = dict.fromkeys(
-        (
-            "false_alarm",
-            "first",
-            "first_or_twin",
-            "in_set",
-            "in_set_or_twin",
-            "set_size",
-            "exact",
-            "exact_or_twin",
-            "abstains",
-            "right",
-        )
-    )
-    found["wrong_names"] = wrong
+    found: Score = {
+        "false_alarm": None,
+        "first": None,
+        "first_or_twin": None,
+        "in_set": None,
+        "in_set_or_twin": None,
+        "set_size": None,
+        "exact": None,
+        "exact_or_twin": None,
+        "abstains": None,
+        "right": None,
+        "wrong_names": wrong,
+    }
     naming = answer.verdict in (*names.ACCEPTING, "ambiguous", "data_problem")
     if case.kind == "null":
         calm = answer.verdict in ("nothing_missing", "out_of_domain")
@@ -135,9 +145,8 @@ def score(case: Case, answer: Answer) -> dict[str, Any]:
         else:
             found["right"] = found["exact_or_twin"]
     if case.kind in ("outside", "hidden_group"):
-        found["abstains"] = _abstains(answer, wrong)
-        if case.kind == "hidden_group":
-            found["abstains"] |= answer.verdict in ("nothing_missing", "data_problem") and not answer.effects
+        calm = answer.verdict in ("nothing_missing", "data_problem") and not answer.effects
+        found["abstains"] = _abstains(answer, wrong) or (case.kind == "hidden_group" and calm)
         found["right"] = found["abstains"]
     if case.kind in ("thin", "foreign"):
         found["abstains"] = not wrong

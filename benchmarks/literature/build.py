@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -24,6 +24,40 @@ from .profiles import Profiles, profiles
 Array = NDArray[np.float64]
 
 
+class HiddenLaw(TypedDict):
+    """A hidden law; ``ratio`` is its size over the scatter between tests, as drawn and as it came out."""
+
+    key: str
+    equation: str
+    parameters: Parameters
+    amplitude: float
+    ratio_wanted: float
+    ratio: float
+
+
+class Record(TypedDict):
+    """What is hidden in a campaign, for the judge and for people; standard deviations are those of the noise in mu."""
+
+    label: str
+    case: str
+    kind: str
+    recipe: str
+    domain: str
+    style: str
+    seed: int
+    n_tests: int
+    points: int
+    laws: list[HiddenLaw]
+    test_sd: float
+    drift_sd: float
+    sensor_sd: float
+    force_sd: float
+    base: dict[str, float]
+    odd_tests: list[str]
+    mu_range: list[float]
+    T_range: list[float]
+
+
 @dataclass
 class Campaign:
     """A synthetic campaign with its truth.
@@ -40,7 +74,7 @@ class Campaign:
         True friction of the held-out rows.
     floor_mu, linear_mu : ndarray
         Prediction of the held-out rows by a fit with the true form, and by an ordinary linear fit.
-    record : dict
+    record : Record
         Parameters, amplitudes, ratios and noise levels.
     """
 
@@ -52,7 +86,7 @@ class Campaign:
     heldout_mu: Array
     floor_mu: Array
     linear_mu: Array
-    record: dict[str, Any]
+    record: Record
 
 
 def _plan(
@@ -256,8 +290,7 @@ def _record(
     run: Run,
     table: pd.DataFrame,
     odd: NDArray[Any],
-) -> dict[str, Any]:
-    """What is hidden, for the judge and for people."""
+) -> Record:
     return {
         "label": "SYNTHETIC",
         "case": case.id,

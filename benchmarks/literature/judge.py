@@ -10,7 +10,6 @@ import os
 import time
 import traceback
 import warnings
-from dataclasses import asdict
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -19,13 +18,14 @@ from typing import Any
 from .answers import read, score
 from .build import make
 from .case import Case
+from .line import Line, begun
 from .refining import measure_refinement
 
 #: Errors with which a table may be refused; anything else is a crash.
 REFUSALS = (ValueError, KeyError)
 
 
-def judge_case(case: Case, module: Any) -> dict[str, Any]:
+def judge_case(case: Case, module: Any) -> Line:
     """Make a campaign, diagnose it, refine with the answer, score.
 
     Parameters
@@ -37,10 +37,10 @@ def judge_case(case: Case, module: Any) -> dict[str, Any]:
 
     Returns
     -------
-    dict
+    Line
         One line of the results; ``status`` is ``ok``, ``refused`` or ``crash``.
     """
-    line: dict[str, Any] = {"id": case.id, "case": asdict(case), "status": "ok"}
+    line = begun(case, "ok")
     start = time.perf_counter()
     campaign = make(case)
     line["truth"], line["t_make"] = campaign.record, time.perf_counter() - start
@@ -68,7 +68,13 @@ def judge_case(case: Case, module: Any) -> dict[str, Any]:
             "where": traceback.format_exc()[-1500:],
         }
         return line
-    line["answer"], line["score"] = asdict(answer), score(case, answer)
+    line["answer"] = {
+        "verdict": answer.verdict,
+        "effects": answer.effects,
+        "confusion": answer.confusion,
+        "confidence": answer.confidence,
+    }
+    line["score"] = score(case, answer)
     start = time.perf_counter()
     comparable = case.kind not in ("thin", "foreign", "hidden_group") and not any(
         key.startswith(("drift_", "zero_", "twin_")) for key in case.laws
@@ -101,14 +107,7 @@ def _serve(connection: Connection, module_name: str) -> None:
         try:
             connection.send(_clean(judge_case(case, module)))
         except Exception:
-            connection.send(
-                {
-                    "id": case.id,
-                    "case": asdict(case),
-                    "status": "judge_error",
-                    "error": traceback.format_exc()[-1500:],
-                }
-            )
+            connection.send({**begun(case, "judge_error"), "error": traceback.format_exc()[-1500:]})
 
 
 class _Worker:
@@ -210,20 +209,15 @@ def run(
             for worker in pool:
                 if worker.case is None:
                     continue
-                line: dict[str, Any] | None = None
+                line: Line | None = None
                 if worker.connection in ready:
                     try:
                         line = worker.connection.recv()
                     except EOFError:
-                        line = {
-                            "id": worker.case.id,
-                            "case": asdict(worker.case),
-                            "status": "crash",
-                            "error": "the process died",
-                        }
+                        line = {**begun(worker.case, "crash"), "error": "the process died"}
                         worker.again()
                 elif time.monotonic() - worker.since > timeout:
-                    line = {"id": worker.case.id, "case": asdict(worker.case), "status": "timeout"}
+                    line = begun(worker.case, "timeout")
                     worker.again()
                 if line is not None:
                     worker.case = None
@@ -231,10 +225,10 @@ def run(
                     file.write(json.dumps(line) + "\n")
                     file.flush()
                     if verbose:
-                        said = line.get("answer", {})
+                        said = line.get("answer")
+                        words = f"{said['verdict']} {','.join(said['effects'])}" if said else " "
                         print(
-                            f"{count:4d}/{total} {line['id'][:60]:60s} {line['status']:8s} "
-                            f"{said.get('verdict', '')} {','.join(said.get('effects', []))}",
+                            f"{count:4d}/{total} {line['id'][:60]:60s} {line['status']:8s} {words}",
                             flush=True,
                         )
     for worker in pool:

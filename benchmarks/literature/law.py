@@ -50,7 +50,7 @@ class Point:
     dsd: Array
     psi: Array
     mu: Array
-    meta: dict[str, Any]
+    meta: dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,11 @@ from ..common import Section, Table, section
 from ..discovery.study import wilson
 from .calibration import reliability
 from .collection import cases
+from .line import Line
 from .names import in_twin_group, name
 from .noise import RECIPES
 from .registry import REGISTER, get
-from .table import Line
+from .table import YesNo, confidences
 
 #: Every third case was left alone while the diagnosis was changed.
 THIRDS, UNSEEN = 3, 2
@@ -46,7 +47,7 @@ def ids_apart() -> set[str]:
     return {case.id for case in cases()[UNSEEN::THIRDS]}
 
 
-def scored(key: str) -> Judge:
+def scored(key: YesNo) -> Judge:
     """Return the judge of one score; a crash, refusal or time-out is a failure."""
     return lambda x: bool(x["score"][key]) if x["status"] == "ok" else False
 
@@ -65,8 +66,8 @@ def nothing_wrong(line: Line) -> bool | None:
 
 def led_away(line: Line) -> bool | None:
     """Return whether an accepted addition made predictions of held-out tests worse."""
-    found = line.get("refinement") or {}
-    return bool(found["harms"]) if found.get("accepted") and found["harms"] is not None else None
+    found = line.get("refinement")
+    return found["harms"] if found and found["accepted"] else None
 
 
 def sure_and_right(line: Line) -> bool | None:
@@ -147,9 +148,11 @@ def numbers(lines: Sequence[Line]) -> Iterator[tuple[str, str]]:
     ]
     yield "mean size of the confusion set, one law", f"{np.mean(sizes):.2f}" if sizes else "none"
     own = [
-        x["refinement"]
+        found
         for x in answered
-        if x["case"]["kind"] in ("single", "pair", "triple") and (x.get("refinement") or {}).get("avoidable")
+        if x["case"]["kind"] in ("single", "pair", "triple")
+        and (found := x.get("refinement"))
+        and found["avoidable"]
     ]
     for words, removed in (
         ("something named", [r["removed"] for r in own if r["removed"] is not None]),
@@ -157,12 +160,8 @@ def numbers(lines: Sequence[Line]) -> Iterator[tuple[str, str]]:
     ):
         text = "{:.2f} / {:.2f}".format(*np.quantile(removed, [0.5, 0.1])) if removed else "none"
         yield f"avoidable held-out error removed, median / 10th percentile; {words}", text
-    judged = [
-        x for x in answered if x["answer"]["confidence"] is not None and x["score"]["right"] is not None
-    ]
-    error, _ = reliability(
-        [x["answer"]["confidence"] for x in judged], [bool(x["score"]["right"]) for x in judged]
-    )
+    judged = confidences(answered)
+    error, _ = reliability([said for said, _ in judged], [was for _, was in judged])
     yield "expected calibration error of the confidence", f"{error:.2f}" if judged else "none"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,25 @@ def _raw_effects(diagnosis: Any) -> list[Any]:
     return [effects] if isinstance(effects, str) else list(effects)
 
 
-def measure_refinement(module: Any, diagnosis: Any, answer: Answer, campaign: Campaign) -> dict[str, Any]:
+class Refinement(TypedDict):
+    """Errors on held-out tests: of a fit with the true form, of the linear base and who fitted it, of the refined model.
+
+    ``avoidable``: the base is worse than the true form by enough; ``removed`` is the share of that; ``harms``: the addition
+    led away. None where nothing was added, or the refinement failed.
+    """
+
+    rms_floor: float
+    accepted: bool
+    rms_refined: float | None
+    removed: float | None
+    harms: bool | None
+    refine_error: str | None
+    rms_base: float
+    base_by: str
+    avoidable: bool
+
+
+def measure_refinement(module: Any, diagnosis: Any, answer: Answer, campaign: Campaign) -> Refinement:
     """Refine with the effects of an answer and compare held-out errors.
 
     Parameters
@@ -43,43 +61,44 @@ def measure_refinement(module: Any, diagnosis: Any, answer: Answer, campaign: Ca
         Answer as read.
     campaign : Campaign
         Data and truth.
-
-    Returns
-    -------
-    dict
-        ``rms_floor, rms_base, base_by, rms_refined, accepted, removed, harms, refine_error``.
     """
     size = DOMAINS[campaign.record["domain"]].size
     truth = campaign.heldout_mu
-    out: dict[str, Any] = {
-        "rms_floor": rms(campaign.floor_mu, truth),
+    tests, seen_tests = campaign.tests, campaign.heldout_tests if campaign.tests is not None else None
+    try:
+        base = module.refine(campaign.data, tests, model="linear", add=[])
+        before, base_by = rms(base.predict_frame(campaign.heldout_data, seen_tests), truth), "refine"
+    except Exception as error:
+        before, base_by = rms(campaign.linear_mu, truth), f"own fit ({type(error).__name__})"
+    floor = rms(campaign.floor_mu, truth)
+    gain = before - floor
+    out: Refinement = {
+        "rms_floor": floor,
         "accepted": False,
         "rms_refined": None,
         "removed": None,
         "harms": None,
         "refine_error": None,
+        "rms_base": before,
+        "base_by": base_by,
+        "avoidable": bool(gain > SMALLEST_GAIN * size and campaign.record["laws"]),
     }
-    tests, seen_tests = campaign.tests, campaign.heldout_tests if campaign.tests is not None else None
-    try:
-        base = module.refine(campaign.data, tests, model="linear", add=[])
-        out["rms_base"], out["base_by"] = (
-            rms(base.predict_frame(campaign.heldout_data, seen_tests), truth),
-            "refine",
-        )
-    except Exception as error:
-        out["rms_base"], out["base_by"] = rms(campaign.linear_mu, truth), f"own fit ({type(error).__name__})"
-    gain = out["rms_base"] - out["rms_floor"]
-    out["avoidable"] = bool(gain > SMALLEST_GAIN * size and campaign.record["laws"])
     effects = _raw_effects(diagnosis)
     if not effects or answer.verdict not in (*ACCEPTING, "ambiguous"):
         return out
     out["accepted"] = answer.verdict in ACCEPTING
     try:
         model = module.refine(campaign.data, tests, model="linear", add=effects)
-        out["rms_refined"] = rms(model.predict_frame(campaign.heldout_data, seen_tests), truth)
+        after = rms(model.predict_frame(campaign.heldout_data, seen_tests), truth)
     except Exception as error:
         out["refine_error"] = f"{type(error).__name__}: {error}"[:300]
         return out
+    out["rms_refined"] = after
+    out["harms"] = bool(after - before > max(HARM_SHARE * before, HARM_SIZE * size))
+    if out["avoidable"]:
+        # Bounded below, so that a prediction that is not finite still counts.
+        out["removed"] = max(1.0 - (after - floor) / gain, -10.0)
+    return out
     worse = out["rms_refined"] - out["rms_base"]
     out["harms"] = bool(worse > max(HARM_SHARE * out["rms_base"], HARM_SIZE * size))
     if out["avoidable"]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,10 +22,6 @@ class Diagnosis:
     effects: list[str] = field(default_factory=list)
     confidence: float = 0.5
     confusion_set: list[str] = field(default_factory=list)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Answer as a dictionary."""
-        return {"verdict": self.verdict, "effects": self.effects}
 
 
 class Linear:

@@ -7,15 +7,29 @@ import json
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
 from .calibration import reliability
+from .law import Law
+from .line import Line
 from .names import in_twin_group
 from .registry import get
 
-Line = dict[str, Any]
+#: Scores that are yes or no.
+YesNo = Literal[
+    "false_alarm",
+    "first",
+    "first_or_twin",
+    "in_set",
+    "in_set_or_twin",
+    "exact",
+    "exact_or_twin",
+    "abstains",
+    "right",
+]
+TIMES: tuple[Literal["t_make", "t_diagnose", "t_refine"], ...] = ("t_make", "t_diagnose", "t_refine")
 
 
 def load(paths: Iterable[Path]) -> list[Line]:
@@ -39,7 +53,7 @@ def _ok(lines: list[Line]) -> list[Line]:
     return [x for x in lines if x["status"] == "ok"]
 
 
-def _failed_is_false(lines: list[Line], key: str) -> list[bool]:
+def _failed_is_false(lines: list[Line], key: YesNo) -> list[bool]:
     """Values of a score; a crash, refusal or time-out counts as a failure."""
     return [bool(x["score"][key]) if x["status"] == "ok" else False for x in lines]
 
@@ -55,7 +69,7 @@ def _share(values: list[bool]) -> str:
     return f"{p:5.3f}  ({k}/{n}; {max(middle - half, 0):.2f} - {min(middle + half, 1):.2f})"
 
 
-def _laws(line: Line) -> list[Any]:
+def _laws(line: Line) -> list[Law]:
     return [get(key) for key in line["case"]["laws"]]
 
 
@@ -207,13 +221,18 @@ def refinement(lines: list[Line]) -> list[str]:
     return text
 
 
+def confidences(lines: Iterable[Line]) -> list[tuple[float, bool]]:
+    """Confidence of every answer that is right or wrong, and whether it is right."""
+    return [
+        (x["answer"]["confidence"], x["score"]["right"])
+        for x in lines
+        if x["status"] == "ok" and x["answer"]["confidence"] is not None and x["score"]["right"] is not None
+    ]
+
+
 def confidence(lines: list[Line]) -> list[str]:
     """Expected calibration error and reliability table."""
-    pairs = [
-        (x["answer"]["confidence"], bool(x["score"]["right"]))
-        for x in _ok(lines)
-        if x["answer"]["confidence"] is not None and x["score"]["right"] is not None
-    ]
+    pairs = confidences(lines)
     error, table = reliability([c for c, _ in pairs], [r for _, r in pairs])
     text = [
         f"Confidence: expected calibration error {error:5.3f}  ({len(pairs)} answers)",
@@ -227,8 +246,8 @@ def confidence(lines: list[Line]) -> list[str]:
 def times(lines: list[Line]) -> list[str]:
     """Times and what did not finish."""
     text = ["Times [s] and failures"]
-    for key in ("t_make", "t_diagnose", "t_refine"):
-        a = [x[key] for x in lines if x.get(key) is not None]
+    for key in TIMES:
+        a = [time for x in lines if (time := x.get(key)) is not None]
         if a:
             text.append(
                 f"  {key:11s} median {np.median(a):6.2f}  90 % {np.quantile(a, 0.9):6.2f}  max {max(a):6.2f}"
@@ -247,7 +266,7 @@ def report(lines: list[Line], laws: bool = True) -> str:
 
     Parameters
     ----------
-    lines : list of dict
+    lines : list of Line
         Results.
     laws : bool
         Include the table by law.

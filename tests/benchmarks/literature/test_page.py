@@ -2,35 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import Any
-
 import pytest
 
 from benchmarks import __main__ as benchmarks_page
-from benchmarks.literature import cases, page
+from benchmarks.literature import Case, cases, page
 from benchmarks.literature.answers import Answer, score
+from benchmarks.literature.line import Line, begun
 from benchmarks.literature.noise import RECIPES
 from benchmarks.literature.registry import get
 
 
-def lines(right: set[str]) -> list[dict[str, Any]]:
+def lines(right: set[str]) -> list[Line]:
     """Return results of an oracle for the cases `right`, and time-outs for the others."""
-    found: list[dict[str, Any]] = []
+    found: list[Line] = []
     for case in cases():
-        line: dict[str, Any] = {"id": case.id, "case": asdict(case), "status": "timeout"}
+        line = begun(case, "timeout")
         if case.id in right:
             law = get(case.laws[0]) if case.laws else None
             known = law is not None and not law.outside and case.kind == "single"
             names = [sorted(law.right())[0]] if law and known else []
             verdict = "explained" if known else "nothing_missing" if not law else "unknown_structure"
-            answer = Answer(verdict, names, names, 0.95)
-            line |= {"status": "ok", "answer": asdict(answer), "score": score(case, answer)}
+            line["status"] = "ok"
+            line["answer"] = {"verdict": verdict, "effects": names, "confusion": names, "confidence": 0.95}
+            line["score"] = score(case, Answer(verdict, names, names, 0.95))
         found.append(line)
     return found
 
 
-def rows(results: list[dict[str, Any]]) -> dict[str, list[str]]:
+def rows(results: list[Line]) -> dict[str, list[str]]:
     found = page.summary(results)["lines"]
     cells = [[c.strip() for c in text.strip("|").split("|")] for text in found if text.startswith("|")]
     return {c[0]: c[1:] for c in reversed(cells)}
@@ -68,5 +67,5 @@ def test_the_page_says_what_was_seen() -> None:
 
 @pytest.mark.parametrize("status", ["refused", "crash"])
 def test_tables_with_few_tests_may_be_refused_but_not_crash(status: str) -> None:
-    line = {"id": "x", "case": {"kind": "thin"}, "status": status}
+    line = begun(Case("x", "thin", (), "plain", 1), status)
     assert page.nothing_wrong(line) is (None if status == "refused" else False)
