@@ -6,11 +6,11 @@ scatter of the repeats only.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
 from inspect import signature
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -36,17 +36,15 @@ MU = 0.08
 #: Process, tool temperature [degC], punch speed [mm/s].
 LEVELS = (("fre", 20.0, 5.0), ("fre", 150.0, 100.0), ("bce", 20.0, 5.0))
 STROKE = {"fre": 5.0, "bce": 3.0}
-SIZES: dict[str, dict[str, Any]] = {
-    "fre": {"billet_length": 20.0, "n_points": 30},
-    "bce": {"billet_length": 12.0, "n_points": 30},
-}
+BILLET_LENGTH = {"fre": 20.0, "bce": 12.0}
+N_POINTS = 30
 #: Element sizes of the user's process [mm]: the first one carries the fingerprints, each one makes its own error.
 USER_MESHES = (0.8, 0.7, 0.75, 0.85, 0.9)
 #: Element sizes under the true curves [mm]; true causes are computed at the first one.
 TRUE_MESHES = (0.45, 0.40, 0.50)
 #: Elements of the cup over those of the rod.
 CUP = 0.75
-_SOLVERS: dict[str, type[ForwardRodExtrusion] | type[BackwardCupExtrusion]] = {
+_SOLVERS: dict[str, Callable[..., ForwardRodExtrusion | BackwardCupExtrusion]] = {
     "fre": ForwardRodExtrusion,
     "bce": BackwardCupExtrusion,
 }
@@ -135,7 +133,7 @@ class Store:
         The changes by the causes are those at the first of `USER_MESHES`; curves and other mesh are of `mesh`.
         """
         if mesh not in self._found:
-            plants = [self._plant(kind, mesh) for kind in SIZES]
+            plants = [self._plant(kind, mesh) for kind in STROKE]
             pairs = [
                 (next(p for p in plants if p.process == level.process), level) for level in long_levels()
             ]
@@ -160,7 +158,14 @@ class Store:
         if not friction.is_file():
             pack(ConstantFriction(MU), friction, nodes=30)
         if not forming.is_file():
-            pack_forming(forming, process=kind, stroke=STROKE[kind], mesh_size=USER_MESHES[0], **SIZES[kind])
+            pack_forming(
+                forming,
+                process=kind,
+                stroke=STROKE[kind],
+                mesh_size=USER_MESHES[0],
+                billet_length=BILLET_LENGTH[kind],
+                n_points=N_POINTS,
+            )
         system = extrusion_system(friction, forming, 5.0, STROKE[kind], name=kind, synthetic=True)
         content = system.model_dump(mode="json", exclude_none=True)
         content["components"]["forming"]["start"] = {"mesh_size": _size(kind, mesh)}
@@ -181,7 +186,8 @@ def _size(kind: str, mesh: float) -> float:
 
 def _solved(kind: str, T: float, speed: float, mesh: float, truth: Truth) -> tuple[FloatArray, FloatArray]:
     """Return the curve of one solver run in a true situation."""
-    steel, own = steel_16MnCr5(), dict(SIZES[kind])
+    steel = steel_16MnCr5()
+    own: dict[str, float] = {}
     mu = MU
     if truth.cause == "friction_level":
         mu *= 1.0 + truth.strength
@@ -191,7 +197,15 @@ def _solved(kind: str, T: float, speed: float, mesh: float, truth: Truth) -> tup
         own["T_billet"] = 20.0 + truth.strength
     elif truth.cause == "heat_transfer":
         own["htc"] = signature(ThermalConditions).parameters["htc"].default * (1.0 + truth.strength)
-    solver = _SOLVERS[kind](speed=speed, T_tool=T, material=steel, mesh_size=_size(kind, mesh), **own)
+    solver = _SOLVERS[kind](
+        speed=speed,
+        T_tool=T,
+        material=steel,
+        mesh_size=_size(kind, mesh),
+        billet_length=BILLET_LENGTH[kind],
+        n_points=N_POINTS,
+        **own,
+    )
     effect = HIDDEN.get(truth.cause)
 
     def friction(loads: FloatArray, t: float) -> FloatArray:
