@@ -82,10 +82,13 @@ def plan(
 ) -> list[tuple[float, float, float, float]]:
     """Return (v, T_tool, sigma, psi) of the factorial tests and of random ones between."""
     grid = ([5.0, 200.0, 500.0], [20.0, 100.0, 300.0], [500.0, 1750.0, 2750.0], [1.07, 1.4, 1.9])
-    points = list(product(*(g[:: 2 if levels == 2 else 1] for g in grid)))
+    points = [
+        (v, T, sigma, psi) for v, T, sigma, psi in product(*(g[:: 2 if levels == 2 else 1] for g in grid))
+    ]
     rng = rng or np.random.default_rng(0)
     for _ in range(extra):
-        points.append(tuple(float(rng.uniform(g[0], g[-1])) for g in grid))
+        v, T, sigma, psi = (float(rng.uniform(g[0], g[-1])) for g in grid)
+        points.append((v, T, sigma, psi))
     return points
 
 

@@ -20,18 +20,18 @@ REPEATS = 3
 MU = 0.08
 
 
-def _rod(stroke: float, **sizes: float) -> Any:
+def _rod(stroke: float, mesh_size: float = 0.4) -> Any:
     from forming import ForwardRodExtrusion
 
-    process = ForwardRodExtrusion(**sizes)
+    process = ForwardRodExtrusion(mesh_size=mesh_size)
     process.run(MU, stroke)
     return process.simulation.state
 
 
-def _cup(stroke: float, **sizes: float) -> Any:
+def _cup(stroke: float, mesh_size: float = 0.35) -> Any:
     from forming import BackwardCupExtrusion
 
-    process = BackwardCupExtrusion(**sizes)
+    process = BackwardCupExtrusion(mesh_size=mesh_size)
     process.run(MU, stroke)
     return process.simulation.state
 

@@ -23,6 +23,7 @@ from friction_models.cards.card import card_from
 from friction_models.common import write_text
 from friction_models.families.formula import FormulaFriction
 from friction_models.loads import LOADS, FloatArray
+from friction_models.models.domain import Domain
 
 from .measured import tables
 from .measured.origins import ORIGINS
@@ -250,10 +251,8 @@ def made(wanted: Wanted, folder: Path) -> dict[str, object]:
     }
 
 
-def fitted_domain(domain: dict[str, list[float]]) -> object:
+def fitted_domain(domain: dict[str, list[float]]) -> Domain:
     """Return the domain of all tests: a law of fewer tests is asked where it was not fitted."""
-    from friction_models.models.domain import Domain
-
     return Domain.from_dict({q.name: domain.get(q.name) for q in LOADS})
 
 
