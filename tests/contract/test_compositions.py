@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,7 +20,7 @@ from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import FloatArray
 from friction_models.models.base import FrictionModel
 
-SMALL: dict[str, dict[str, Any]] = {
+SMALL: dict[str, dict[str, int | tuple[int, ...]]] = {
     "ffnn": {"hidden": (4,), "members": 1, "epochs": 3},
     "gradient_boosting": {"trees": 5, "min_points": 5},
 }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import onnx
@@ -22,7 +21,7 @@ from friction_models.models.base import FrictionModel
 from ..friction_models.made_up import EDGES, anywhere, campaign
 from ..friction_models.test_ops import ALLOWED
 
-SMALL: dict[str, dict[str, Any]] = {
+SMALL: dict[str, dict[str, int | tuple[int, ...]]] = {
     "ffnn": {"hidden": (12, 8), "members": 2, "epochs": 20},
     "gradient_boosting": {"trees": 30, "min_points": 10},
 }

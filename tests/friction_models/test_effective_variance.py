@@ -134,7 +134,7 @@ def test_the_mean_of_a_weighted_constant() -> None:
 
 
 #: Family, further parameters, seeds, and the largest share of the error that is to be left.
-KINDS: list[tuple[str, Any, int, float]] = [
+KINDS: list[tuple[str, dict[str, float], int, float]] = [
     ("linear", {}, 20, 0.8),
     ("polynomial", {}, 20, 0.85),
     ("power_law", {}, 10, 0.9),
@@ -166,7 +166,7 @@ def campaign(seed: int) -> tuple[pd.DataFrame, TriboLoads, Array]:
 
 @pytest.mark.parametrize(("family", "params", "seeds", "most"), KINDS, ids=lambda x: str(x)[:12])
 def test_the_law_is_nearer_the_truth_than_without(
-    family: str, params: dict[str, Any], seeds: int, most: float
+    family: str, params: dict[str, float], seeds: int, most: float
 ) -> None:
     model = make_model(family, **params)
     kept, ignored = [], []

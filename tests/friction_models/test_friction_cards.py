@@ -16,7 +16,7 @@ from friction_models.common import InputError
 from friction_models.expressions.formula_text import read_formula
 from friction_models.expressions.ops import NumpyOps
 
-CONTENT: dict[str, Any] = {
+CONTENT: dict[str, object] = {
     "name": "soap",
     "title": "Soap on steel",
     "lubricant": "soap",
@@ -34,7 +34,7 @@ CONTENT: dict[str, Any] = {
 }
 
 
-def changed(**more: Any) -> dict[str, Any]:
+def changed(**more: object) -> dict[str, object]:
     return {**CONTENT, **more}
 
 

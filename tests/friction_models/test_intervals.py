@@ -171,7 +171,7 @@ def test_factor_is_the_quantile_corrected_for_one_test_more() -> None:
         ({"coverage": [3]}, "missing or not a number"),
     ],
 )
-def test_stored_intervals_are_checked(model: FrictionModel, change: dict[str, Any], said: str) -> None:
+def test_stored_intervals_are_checked(model: FrictionModel, change: dict[str, object], said: str) -> None:
     assert model.interval is not None
     with pytest.raises(InputError, match=said):
         PredictionInterval.from_dict(model.interval.to_dict() | change, model.domain)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from sklearn.base import clone
@@ -142,12 +140,11 @@ def lesson(seed: int, tests: int = 6) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def test_models_trained_together_are_those_trained_one_by_one() -> None:
     """Different data, scaling, seeds, decay and shapes; also one that stops long before the others."""
     data = [lesson(seed) for seed in range(4)]
-    common: dict[str, Any] = {"hidden": (5,), "members": 2, "epochs": 12}
     together = [
-        FeedForwardFriction(seed=1, weight_decay=0.1, patience=12, **common),
-        FeedForwardFriction(seed=2, weight_decay=3.0, patience=12, **common),
-        FeedForwardFriction(seed=3, patience=1, learning_rate=0.05, **common),
-        FeedForwardFriction(seed=4, patience=12, members=3, hidden=(4, 3), epochs=8),
+        FeedForwardFriction(seed=1, hidden=(5,), members=2, epochs=12, weight_decay=0.1, patience=12),
+        FeedForwardFriction(seed=2, hidden=(5,), members=2, epochs=12, weight_decay=3.0, patience=12),
+        FeedForwardFriction(seed=3, hidden=(5,), members=2, epochs=12, patience=1, learning_rate=0.05),
+        FeedForwardFriction(seed=4, hidden=(4, 3), members=3, epochs=8, patience=12),
     ]
     alone = [clone(model).fit(*own) for model, own in zip(together, data)]
     fit_together(together, data)
@@ -161,17 +158,16 @@ def test_models_trained_together_are_those_trained_one_by_one() -> None:
 
 def test_early_stop_of_one_model_leaves_the_others_alone() -> None:
     data = [lesson(0), lesson(1)]
-    options: dict[str, Any] = {
-        "hidden": (4,),
-        "members": 1,
-        "epochs": 40,
-        "patience": 3,
-        "learning_rate": 0.03,
-    }
-    pair = [FeedForwardFriction(seed=s, **options) for s in (5, 6)]
+
+    def network(seed: int) -> FeedForwardFriction:
+        return FeedForwardFriction(
+            hidden=(4,), members=1, epochs=40, patience=3, learning_rate=0.03, seed=seed
+        )
+
+    pair = [network(5), network(6)]
     fit_together(pair, data)
     for model, own, seed in zip(pair, data, (5, 6)):
-        assert model.epochs_ == FeedForwardFriction(seed=seed, **options).fit(*own).epochs_
+        assert model.epochs_ == network(seed).fit(*own).epochs_
 
 
 def test_lessons_of_unequal_length_are_learned_together() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +19,7 @@ from friction_models.models.domain import Domain
 
 from .made_up import anywhere, campaign
 
-SMALL: dict[str, dict[str, Any]] = {
+SMALL: dict[str, dict[str, int | tuple[int, ...]]] = {
     "ffnn": {"hidden": (6,), "members": 1, "epochs": 5},
     "gradient_boosting": {"trees": 20, "min_points": 10},
 }

@@ -19,6 +19,7 @@ from friction_models.expressions.ops import LoadColumns, Ops, Value
 from friction_models.families.registry import make_model
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.base import FrictionModel
+from friction_models.models.law import Learned
 from friction_models.models.variables import StateVariable, SystemVariable
 
 from .made_up import anywhere, campaign
@@ -62,7 +63,7 @@ class WearFriction(FrictionModel):
     def formula_text(self) -> str:
         return "mu = 0.05 + Ra + 1e-6 w"
 
-    def _learned(self) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _learned(self) -> Learned:
         return {}, {}
 
     def _restore(self, values: Mapping[str, Any], arrays: Mapping[str, Any]) -> None:

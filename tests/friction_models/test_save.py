@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from friction_models import load_model
 from friction_models.common import InputError
@@ -20,10 +21,13 @@ from friction_models.families.registry import make_model
 from .made_up import anywhere, campaign
 
 FRAME = campaign(6, 20)
-SMALL: dict[str, dict[str, Any]] = {
+SMALL: dict[str, dict[str, int | tuple[int, ...]]] = {
     "ffnn": {"hidden": (4, 3), "members": 2, "epochs": 2},
     "gradient_boosting": {"trees": 6, "min_points": 5, "leaves": 8},
 }
+#: Damage to what a file holds.
+CardChange = Callable[[dict[str, Any]], object]
+ArrayChange = Callable[[dict[str, NDArray[Any]]], object]
 
 
 @pytest.fixture(scope="module")
@@ -48,13 +52,13 @@ def copied(folder: Path, tmp_path: Path) -> Path:
     return target
 
 
-def edit_card(folder: Path, change: Callable[[dict[str, Any]], None]) -> None:
+def edit_card(folder: Path, change: CardChange) -> None:
     card = json.loads((folder / "card.json").read_text())
     change(card)
     (folder / "card.json").write_text(json.dumps(card))
 
 
-def edit_arrays(folder: Path, change: Callable[[dict[str, Any]], None]) -> None:
+def edit_arrays(folder: Path, change: ArrayChange) -> None:
     with np.load(folder / "parameters.npz") as stored:
         arrays = dict(stored)
     change(arrays)
@@ -154,7 +158,7 @@ def test_a_card_that_is_none(linear: Path, content: bytes, words: str) -> None:
         (lambda m: m.update(family=["linear"]), "unknown model"),
     ],
 )
-def test_a_card_with_nonsense(linear: Path, change: Callable[[dict[str, Any]], None], words: str) -> None:
+def test_a_card_with_nonsense(linear: Path, change: CardChange, words: str) -> None:
     edit_card(linear, lambda card: change(card["model"]))
     if words:
         refused(linear, words)
@@ -178,7 +182,7 @@ def test_a_card_with_nonsense(linear: Path, change: Callable[[dict[str, Any]], N
         (lambda a: a.update(intercept=np.array([np.inf])), "not finite"),
     ],
 )
-def test_arrays_with_nonsense(linear: Path, change: Callable[[dict[str, Any]], None], words: str) -> None:
+def test_arrays_with_nonsense(linear: Path, change: ArrayChange, words: str) -> None:
     edit_arrays(linear, change)
     refused(linear, words)
 

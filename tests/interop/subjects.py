@@ -11,7 +11,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from fmus import pack
-from friction_models import LinearFriction, PolynomialFriction, effects
+from friction_models import FrictionModel, LinearFriction, PolynomialFriction, effects
 from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
 from tests.friction_models.made_up import campaign
@@ -67,7 +67,7 @@ class Subjects:
     _made: dict[str, Path] = field(default_factory=dict)
 
     @cached_property
-    def models(self) -> dict[str, Any]:
+    def models(self) -> dict[str, FrictionModel]:
         """Friction models without and with memory, trained on made-up tests."""
         points = campaign(tests=8, points=20)
         worn = points.assign(mu=points["mu"] + 0.03 * (1.0 - np.exp(-points["sd"] / 3.0)))

@@ -6,17 +6,14 @@ import os
 import signal
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from friction_models.common import InputError
-from orchestrator.jobs.campaign import JobResult
-
-Needs = dict[str, JobResult]
+from orchestrator.jobs.job import Files, Inputs, Needs
 
 
-def numbers(inputs: dict[str, Any], files: dict[str, Path], needs: Needs, folder: Path) -> dict[str, Any]:
+def numbers(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Numbers that follow from a seed, files and the results of other jobs; leaves a mark for each call."""
     rng = np.random.default_rng(inputs["seed"])
     offset = sum(float(path.read_text()) for path in files.values())
@@ -30,7 +27,7 @@ def numbers(inputs: dict[str, Any], files: dict[str, Path], needs: Needs, folder
     return {"total": float(drawn.sum()) + offset, "timing": {"now": time.time()}}
 
 
-def refused(inputs: dict[str, Any], files: dict[str, Path], needs: Needs, folder: Path) -> dict[str, Any]:
+def refused(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, float]:
     """Fail the way that `inputs` says."""
     if inputs["how"] == "input":
         raise InputError("speed = -1 mm/s; allowed: above 0")
@@ -39,7 +36,7 @@ def refused(inputs: dict[str, Any], files: dict[str, Path], needs: Needs, folder
     return {"total": 1 / inputs["zero"]}
 
 
-def killed(inputs: dict[str, Any], files: dict[str, Path], needs: Needs, folder: Path) -> dict[str, Any]:
+def killed(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, float]:
     """Be killed like a process that takes too much memory, as often as `inputs` says."""
     marks = Path(inputs["marks"])
     calls = len(list(marks.iterdir()))

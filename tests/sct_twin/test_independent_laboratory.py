@@ -12,6 +12,7 @@ from forming import PowerLaw, PunchGeometry
 from forming.fe.contact import PRESSURE
 from forming.fe.simulation import Simulation
 from forming.processes import plate_contact, specimen_upsetting
+from friction_models.loads import FloatArray
 from sct_twin.twin import upsetting
 from sct_twin.twin.heat import contact_temperature
 from sct_twin.twin.heat.thermal_settings import ThermalSettings
@@ -88,7 +89,7 @@ def of_area_ratio(free: Specimen) -> float:
     return free.lab.psi / (free.lab.area / (np.pi * 7.5**2))
 
 
-Row = dict[str, Any]
+Row = dict[str, FloatArray | float]
 Reading = Callable[[Simulation, PunchGeometry, np.ndarray], Row]
 
 

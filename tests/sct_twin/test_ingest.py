@@ -6,7 +6,6 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -161,7 +160,7 @@ def test_quality_sees_what_is_wrong(record_maker: Maker) -> None:
 def test_a_fast_record_is_averaged(record_maker: Maker) -> None:
     record = record_maker()
     t = np.linspace(record.t[0], record.t[-1], 100_000)
-    columns: dict[str, Any] = {n: np.interp(t, record.t, getattr(record, n)) for n in CHANNEL_NAMES}
+    columns = {n: np.interp(t, record.t, getattr(record, n)) for n in CHANNEL_NAMES}
     fast = replace(record, **{**columns, "t": t})
     assert Clock.of(record).stride == 1
     assert 0.5 * ENOUGH_HZ < 1.0 / Clock.of(fast).dt < 1.5 * ENOUGH_HZ
@@ -280,7 +279,9 @@ def test_processing_stands_in_the_map_or_in_the_test_table(tmp_path: Path, recor
         ({"F_n_std": -1.0}, "metadata 'F_n_std' is -1; allowed: 0 N and more"),
     ],
 )
-def test_what_a_test_table_cannot_say(record_maker: Maker, times: dict[str, Any], message: str) -> None:
+def test_what_a_test_table_cannot_say(
+    record_maker: Maker, times: dict[str, str | float], message: str
+) -> None:
     record = replace(record_maker(noise=1.0), metadata=times)
     with pytest.raises(InputError, match=message):
         process(record)

@@ -32,7 +32,7 @@ def german(folder: Path, name: str, kelvin: float, sign: str = "") -> Path:
 def test_units_commas_and_names_of_files(tmp_path: Path) -> None:
     for k, kelvin in enumerate((293.15, 473.15)):
         german(tmp_path, f"MoS2_{100 + 100 * k}C_t{k}.csv", kelvin, "-")
-    content: dict[str, Any] = {
+    content: dict[str, object] = {
         "columns": {
             "Zeit": "t",
             "Geschwindigkeit": "v_rel",

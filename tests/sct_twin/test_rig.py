@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -279,7 +278,7 @@ def test_faults_that_leave_no_trace_or_no_record(record_maker: Maker) -> None:
         ({"T_tool": "hot"}, "T_tool = 'hot'; allowed: 0 to 350 degC"),
     ],
 )
-def test_rows_that_cannot_be_tested(row: dict[str, Any], message: str) -> None:
+def test_rows_that_cannot_be_tested(row: dict[str, str | float], message: str) -> None:
     with pytest.raises(InputError, match=message):
         complete_plan(pd.DataFrame([{**ROW, **row}]), 0, "plan")
 

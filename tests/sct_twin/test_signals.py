@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -157,7 +156,7 @@ def test_a_zero_that_drifts_between_both_ends(record_maker: Maker) -> None:
     r = with_noise(record_maker(0.08), 2, 0.0)
     n = 600
     rng = np.random.default_rng(4)
-    after: dict[str, Any] = {
+    after = {
         "F_n": 25.0 + 90.0 * rng.standard_normal(n),
         "F_r": -40.0 + 35.0 * rng.standard_normal(n),
         "s": np.full(n, r.s[-1]) + 0.0015 * rng.standard_normal(n),
@@ -188,7 +187,7 @@ def test_position_or_speed_alone(
     rng = np.random.default_rng(9)
     v = np.gradient(record_maker(0.08, v_set=v_set, sliding=30.0, ramp=0.05).s, whole.t)
     speed = v + 0.003 * v_set * rng.standard_normal(len(v))
-    known: dict[str, Any] = {"s": whole.s, "a": whole.a, "v": speed}
+    known = {"s": whole.s, "a": whole.a, "v": speed}
     given = {name: known[name] if name in channels else None for name in known}
     record = replace(whole, T_plate=None, metadata={"T_tool": 35.0}, **given)
     signals = process(record, 25.0)

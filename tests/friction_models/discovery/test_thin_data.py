@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,12 +14,28 @@ import pytest
 from benchmarks.discovery_campaigns import campaign
 from friction_models.common import InputError
 from friction_models.discovery import diagnose
+from friction_models.discovery.answer.findings import RankedEffect
 from orchestrator.cli.main import run
 
 from ..estimation_cases import measured
 
 LOADS = ["v_rel", "T", "sigma_n", "sd", "psi"]
-Answer = Callable[..., dict[str, Any]]
+
+
+class Answer(NamedTuple):
+    """Exit code of the command, what it said, and what it wrote; nothing where it refused."""
+
+    code: int
+    said: str
+    verdict: str
+    effects: list[str]
+    confidence: float
+    confusion_set: list[str]
+    warnings: list[str]
+    ranking: list[RankedEffect]
+
+
+Ask = Callable[..., Answer]
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +49,11 @@ def worn() -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 @pytest.fixture
-def answer(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Answer:
+def answer(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Ask:
     """Diagnose through the command line; what it writes, with the exit code and what it said."""
     monkeypatch.delenv("TRIBOFMU_TRACEBACK", raising=False)
 
-    def ask(points: pd.DataFrame, tests: pd.DataFrame | None = None, model: str = "linear") -> dict[str, Any]:
+    def ask(points: pd.DataFrame, tests: pd.DataFrame | None = None, model: str = "linear") -> Answer:
         points.to_csv(tmp_path / "points.csv", index=False)
         words = [
             "diagnose",
@@ -56,9 +72,9 @@ def answer(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pyte
         assert "Traceback" not in said.err and code in {0, 2}, said.err
         if code:
             assert len(said.err.strip().splitlines()) == 1
-            return {"code": code, "said": said.err, "verdict": None, "confidence": 0.0}
+            return Answer(code, said.err, "", [], 0.0, [], [], [])
         content = json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))
-        return {**content, "code": code, "said": said.out}
+        return Answer(code, said.out, *(content[name] for name in Answer._fields[2:]))
 
     return ask
 
@@ -69,78 +85,76 @@ def some(points: pd.DataFrame, count: int) -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
-def test_few_tests_never_give_a_confident_answer(count: int, answer: Answer, worn: Any, null: Any) -> None:
+def test_few_tests_never_give_a_confident_answer(count: int, answer: Ask, worn: Any, null: Any) -> None:
     for points in (worn[0], null[0]):
         found = answer(some(points, count))
-        assert found["verdict"] in {"nothing_missing", "ambiguous", "explained", "unknown_structure"}
-        right = "wear_out" in found["confusion_set"] and points is worn[0]
-        assert found["confidence"] <= 0.5 or found["verdict"] == "nothing_missing" or right
+        assert found.verdict in {"nothing_missing", "ambiguous", "explained", "unknown_structure"}
+        right = "wear_out" in found.confusion_set and points is worn[0]
+        assert found.confidence <= 0.5 or found.verdict == "nothing_missing" or right
         if count < 3:
-            assert found["verdict"] == "nothing_missing" and "at least 3 are needed" in found["said"]
-        assert any("test" in w for w in found["warnings"])
+            assert found.verdict == "nothing_missing" and "at least 3 are needed" in found.said
+        assert any("test" in w for w in found.warnings)
 
 
-def test_loads_that_never_vary_are_refused_and_one_level_is_said(answer: Answer, worn: Any) -> None:
+def test_loads_that_never_vary_are_refused_and_one_level_is_said(answer: Ask, worn: Any) -> None:
     points, tests = worn
     flat = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, sd=10.0, psi=1.2)
-    assert "none of the loads" in answer(flat, tests)["said"]
+    assert "none of the loads" in answer(flat, tests).said
     level = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, psi=1.2)  # the distance alone
     found = answer(level, None)
-    assert found["code"] == 0 and sum("does not vary" in w for w in found["warnings"]) == 4
-    named = set(found["confusion_set"])
+    assert found.code == 0 and sum("does not vary" in w for w in found.warnings) == 4
+    named = set(found.confusion_set)
     assert "wear_out" in named
 
 
-def test_averaged_points_cannot_show_effects_along_a_test(answer: Answer, worn: Any) -> None:
+def test_averaged_points_cannot_show_effects_along_a_test(answer: Ask, worn: Any) -> None:
     points, tests = worn
     mean = points.groupby("test_id", as_index=False).mean(numeric_only=True)
     found = answer(mean, tests)
-    assert not {"running_in", "static_peak", "wear_out"} & {r["effect"] for r in found["ranking"]}
-    assert any("averaged data" in w for w in found["warnings"])
+    assert not {"running_in", "static_peak", "wear_out"} & {r["effect"] for r in found.ranking}
+    assert any("averaged data" in w for w in found.warnings)
     few = answer(mean.iloc[:6], tests)
-    assert few["code"] == 2 and "more tests or by time series" in few["said"]
+    assert few.code == 2 and "more tests or by time series" in few.said
 
 
-def test_without_metadata_physics_is_still_found(answer: Answer, worn: Any) -> None:
+def test_without_metadata_physics_is_still_found(answer: Ask, worn: Any) -> None:
     points, tests = worn
     bare = answer(points, tests[["test_id", "role"]])
-    assert bare["effects"] == ["wear_out"]
-    assert sum("the test table has no" in w for w in bare["warnings"]) >= 3
-    assert answer(points)["effects"] == ["wear_out"]
+    assert bare.effects == ["wear_out"]
+    assert sum("the test table has no" in w for w in bare.warnings) >= 3
+    assert answer(points).effects == ["wear_out"]
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.02, "nothing_missing"), (0.12, "data_problem")])
-def test_outliers_are_left_out_or_called_a_fault(share: float, verdict: str, answer: Answer) -> None:
+def test_outliers_are_left_out_or_called_a_fault(share: float, verdict: str, answer: Ask) -> None:
     points, tests, _ = campaign(None, seed=22, thin=8, extra=0)
     rng = np.random.default_rng(0)
     rows = rng.choice(len(points), int(share * len(points)), replace=False)
     points.loc[rows, "mu"] += rng.exponential(0.2, len(rows))
     found = answer(points, tests)
-    assert found["verdict"] == verdict and not found["effects"]
-    assert any("far off" in w for w in found["warnings"])
+    assert found.verdict == verdict and not found.effects
+    assert any("far off" in w for w in found.warnings)
 
 
-def test_copies_of_tests_confirm_nothing(answer: Answer, null: Any) -> None:
+def test_copies_of_tests_confirm_nothing(answer: Ask, null: Any) -> None:
     points, tests = null
     copies = [points.assign(test_id=f"{k}" + points["test_id"]) for k in range(4)]
     found = answer(pd.concat(copies, ignore_index=True))
     single = answer(points.assign(test_id="0" + points["test_id"]))
-    assert found["verdict"] == single["verdict"] == "nothing_missing"
-    assert any(f"{3 * len(tests)} tests are exact copies" in w for w in found["warnings"])
+    assert found.verdict == single.verdict == "nothing_missing"
+    assert any(f"{3 * len(tests)} tests are exact copies" in w for w in found.warnings)
 
 
 @pytest.mark.parametrize("kept", [["v_rel", "sd"], ["sd"], ["T", "sigma_n", "sd"]])
-def test_any_subset_of_the_loads_is_judged(kept: list[str], answer: Answer, worn: Any) -> None:
+def test_any_subset_of_the_loads_is_judged(kept: list[str], answer: Ask, worn: Any) -> None:
     points, tests = worn
     found = answer(points[["test_id", *kept, "mu"]], tests)
-    assert found["code"] == 0
-    assert any(
-        "the data lack" in w and all(n in w for n in LOADS if n not in kept) for w in found["warnings"]
-    )
-    assert found["ranking"][0]["effect"] == "wear_out"
+    assert found.code == 0
+    assert any("the data lack" in w and all(n in w for n in LOADS if n not in kept) for w in found.warnings)
+    assert found.ranking[0]["effect"] == "wear_out"
 
 
-def test_what_cannot_be_judged_is_refused_with_what_is_needed(answer: Answer, worn: Any) -> None:
+def test_what_cannot_be_judged_is_refused_with_what_is_needed(answer: Ask, worn: Any) -> None:
     points, tests = worn
     cases = {
         "nan": points.assign(mu=np.where(np.arange(len(points)) % 9 == 7, np.nan, points["mu"])),
@@ -151,7 +165,7 @@ def test_what_cannot_be_judged_is_refused_with_what_is_needed(answer: Answer, wo
     }
     for text, bad in cases.items():
         found = answer(bad, tests)
-        assert found["code"] == 2 and text in found["said"], (text, found["said"])
+        assert found.code == 2 and text in found.said, (text, found.said)
     with pytest.raises(InputError, match="no points"):
         diagnose(points.iloc[:0])
 

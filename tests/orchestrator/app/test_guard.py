@@ -218,7 +218,7 @@ def test_what_sends_more_than_it_announced_is_cut_off() -> None:
         while (message := await receive())["type"] == "http.request":
             got.append(len(message["body"]))
 
-    async def flood() -> dict[str, Any]:
+    async def flood() -> dict[str, str | bytes]:
         return {"type": "http.request" if len(got) < 50 else "http.disconnect", "body": b"x" * 1000}
 
     async def nothing(message: Any) -> None:

@@ -8,7 +8,6 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,7 +37,7 @@ from orchestrator.report.pages.attribution import attribution_page
 
 LEVELS = ((20.0, 5.0), (150.0, 100.0))
 STROKE = 5.0
-BILLET: dict[str, Any] = {"billet_length": 20.0, "n_points": 30}
+BILLET_LENGTH, N_POINTS = 20.0, 30
 CAUSES = ["flow_stress", "friction_level", "compliance", "stroke_zero", "force_gain", "stribeck"]
 
 Pressed = Callable[..., PressCurves]
@@ -51,7 +50,9 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def system(place: Path) -> System:
-    forming = pack_forming(place / "forming.fmu", stroke=STROKE, mesh_size=1.0, **BILLET)
+    forming = pack_forming(
+        place / "forming.fmu", stroke=STROKE, mesh_size=1.0, billet_length=BILLET_LENGTH, n_points=N_POINTS
+    )
     friction = pack(ConstantFriction(0.08), place / "friction.fmu", nodes=30)
     return extrusion_system(friction, forming, 5.0, STROKE, synthetic=True)
 
@@ -67,7 +68,12 @@ def pressed() -> Pressed:
             for T, speed in LEVELS:
                 steel = steel_16MnCr5()
                 solver = ForwardRodExtrusion(
-                    mesh_size=0.95, speed=speed, T_tool=T, material=replace(steel, A=steel.A * flow), **BILLET
+                    mesh_size=0.95,
+                    speed=speed,
+                    T_tool=T,
+                    material=replace(steel, A=steel.A * flow),
+                    billet_length=BILLET_LENGTH,
+                    n_points=N_POINTS,
                 )
                 result = solver.run(mu, stroke=STROKE)
                 known[flow, mu].append((np.asarray(result.stroke), np.asarray(result.force)))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,7 +21,7 @@ from friction_models.discovery import diagnose, refine
 from friction_models.discovery.answer.figures_data import load_map
 from friction_models.discovery.answer.summaries import load_bins
 from friction_models.discovery.answer.wording import p_text
-from friction_models.discovery.refinement import history_text
+from friction_models.discovery.refinement import Addition, history_text
 from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_report
@@ -115,20 +115,23 @@ def test_markup_is_escaped() -> None:
     assert (p_text(0.0001), p_text(0.0123), p_text(None)) == ("< 0.001", "0.012", "-")
 
 
-SHAPE = {"shape": lambda r, g: (r.v - 200) * (r.psi - 1.4), "strength": 1.2}
-#: Campaign, model, verdict, and a piece that page and text must hold.
-CASES: dict[str, tuple[dict[str, Any], str, str]] = {
-    "explained": ({"hidden": "wear_out", "seed": 21, "strength": 1.2}, "explained", "wear_out"),
-    "unknown": ({"hidden": None, "seed": 90, **SHAPE}, "unknown_structure", "Where structure is left"),
-    "nothing": ({"hidden": None, "seed": 501}, "nothing_missing", "nothing is missing"),
-    "fault": ({"hidden": "sensor_drift", "seed": 70, "strength": 1.2}, "data_problem", "sensor_drift"),
+#: Campaign, verdict, and a piece that page and text must hold.
+CASES = {
+    "explained": (partial(campaign, "wear_out", seed=21, strength=1.2), "explained", "wear_out"),
+    "unknown": (
+        partial(campaign, seed=90, strength=1.2, shape=lambda r, g: (r.v - 200) * (r.psi - 1.4)),
+        "unknown_structure",
+        "Where structure is left",
+    ),
+    "nothing": (partial(campaign, seed=501), "nothing_missing", "nothing is missing"),
+    "fault": (partial(campaign, "sensor_drift", seed=70, strength=1.2), "data_problem", "sensor_drift"),
 }
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
-    settings, verdict, piece = CASES[case]
-    points, tests, _ = campaign(**settings, thin=8)
+    made, verdict, piece = CASES[case]
+    points, tests, _ = made(thin=8)
     found = diagnose(points, tests)
     assert found.verdict == verdict
     confirmed = confirmed_addition("linear", DataSet(points, tests, {}), found.effects)
@@ -190,8 +193,8 @@ def test_bins_keep_levels_of_a_plan_together() -> None:
 
 
 def test_history_says_when_an_addition_did_not_help() -> None:
-    def entry(before: float, after: float) -> dict[str, Any]:
-        return {"added": ["stribeck"], "judged_by": "5 held-out tests",
+    def entry(before: float, after: float) -> Addition:
+        return {"added": ["stribeck"], "judged_by": "5 held-out tests", "corrects_data": [],
                 "before": {"rmse": before, "mae": before}, "after": {"rmse": after, "mae": after}}  # fmt: skip
 
     lines = history_text([entry(0.008, 0.005), entry(0.005, 0.00502)]).splitlines()

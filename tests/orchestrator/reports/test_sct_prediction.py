@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,17 +17,17 @@ from friction_models.loads import DataSet
 from orchestrator.cli.commands import predicting_sct
 from orchestrator.prediction.closed_loop import sct_system
 from orchestrator.prediction.predict_sct import SctPrediction, predict_sct
-from orchestrator.prediction.schedule import SctSchedule, held_out_schedules, planned_schedules
+from orchestrator.prediction.schedule import SctSchedule, TestRow, held_out_schedules, planned_schedules
 from orchestrator.report import write_report
 from sct_twin.twin.process import SctProcess
 from sct_twin.twin.process_uncertainty import process_uncertainties
 from tests.fmus.memory_models import AGE_0, B, C, D, K, R, ageing_bytes
 from tests.orchestrator.native_fmus import Real, native_fmu
 
-RA = 0.6
-PLAN: dict[str, Any] = {
+RA, F_SET = 0.6, 200e3
+PLAN: TestRow = {
     "test_id": "p1",
-    "F_set": 200e3,
+    "F_set": F_SET,
     "v_set": 100.0,
     "sd_set": 8.0,
     "T_tool": 60.0,
@@ -63,15 +62,15 @@ def test_constant_friction_gives_what_the_process_gives_when_driven_alike(planne
     assert "Loads and coefficient of friction of the contact." in html
     assert run["twin.sd"][-1] == pytest.approx(PLAN["sd_set"], rel=1e-9)
     assert run["inputs.v_slide"][1] < 5.0  # the plate starts from rest
-    process = SctProcess(F_max=PLAN["F_set"], T_tool=60.0, speed=float(schedule.v_slide.max()))
+    process = SctProcess(F_max=F_SET, T_tool=60.0, speed=float(schedule.v_slide.max()))
     step = float(run.time[1])
     for v in run["inputs.v_slide"][1:]:
-        loads = process.advance(step, PLAN["F_set"], v, 60.0, 0.08)
+        loads = process.advance(step, F_SET, v, 60.0, 0.08)
     assert run["twin.T"][-1] == pytest.approx(loads.T, rel=1e-9)
     assert run["twin.sigma_n"][-1] == pytest.approx(loads.sigma_n, rel=1e-9)
     # The table has the columns that the twin states with a measured test, for the same steps.
     n = len(run.time) - 1
-    inputs = [np.full(n, value) for value in (step, PLAN["F_set"], 60.0, 0.08)]
+    inputs = [np.full(n, value) for value in (step, F_SET, 60.0, 0.08)]
     known = process_uncertainties(process, *inputs[:2], run["inputs.v_slide"][1:], *inputs[2:])
     frame = planned.frame()
     for name, values in known.items():
@@ -174,7 +173,7 @@ def test_a_table_over_time(constant: Path, tmp_path: Path) -> None:
         ({"sd_set": 0.2, "ramp": 0.0}, "slides 0.2 mm, allowed: at least 0.5 mm"),
     ],
 )
-def test_plans_that_cannot_be(change: dict[str, Any], words: str, tmp_path: Path) -> None:
+def test_plans_that_cannot_be(change: TestRow, words: str, tmp_path: Path) -> None:
     pd.DataFrame([{**PLAN, **change}]).to_csv(tmp_path / "plan.csv", index=False)
     with pytest.raises(InputError, match=words):
         planned_schedules(tmp_path / "plan.csv")

@@ -7,7 +7,6 @@ import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -89,7 +88,7 @@ def made_up_results(study: FormingErrorStudy) -> dict[str, JobResult]:
         assert item.file is not None
         found[item.job] = JobResult(item.job, {"file": item.file.name}, item.file.parent, 0.1)
         for friction in study.frictions:
-            values: dict[str, Any] = {
+            values = {
                 "stroke": stroke.tolist(),
                 "force": (100.0 * factors[friction.label] * stroke).tolist(),
                 "tau_over_k": [0.1, 0.65 if friction.label == "constant 0.08" else 0.4],

@@ -31,7 +31,7 @@ from orchestrator.studies.measurements import (
 )
 from tests.friction_models.made_up import campaign
 
-NETWORK: dict[str, Any] = {"ffnn": {"hidden": [[4]], "weight_decay": [0.1, 1.0]}}
+NETWORK: dict[str, dict[str, list[Any]]] = {"ffnn": {"hidden": [[4]], "weight_decay": [0.1, 1.0]}}
 TINY = LearningCurvePlan(
     sizes=(5, 9, 90), repeats=3, thin=2, search_thin=1, steps=40,
     parameters={"gradient_boosting": {"trees": 10}, "ffnn": {"members": 1}},
@@ -263,9 +263,9 @@ def test_data_that_cannot_be_studied_is_refused(tmp_path: Path) -> None:
         data_jobs({"x": one_role})
     with pytest.raises(InputError, match="did you mean 'polymer'"):
         measurement_jobs("polymr")
-    few: dict[str, Any] = {"x": made_up_data(tmp_path / "lone", tests=4, held=3)}
+    lone = made_up_data(tmp_path / "lone", tests=4, held=3)
     with pytest.raises(InputError, match="1 training test"):
-        LearningCurveStudy.of(TINY, few)
+        LearningCurveStudy.of(TINY, {"x": lone})
 
 
 def test_command_runs_and_says_what_it_would_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,12 +14,13 @@ import pytest
 from fmus.runtime.errors import SimulationError
 from forming import BackwardCupExtrusion
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES, DataSet
+from friction_models.loads import LOAD_NAMES, DataSet, FloatArray
 from friction_models.models.domain import Domain
 from orchestrator import Master, Run, System
 from orchestrator.cli.main import run as command
 from orchestrator.comparison.level_runs import Level
 from orchestrator.jobs.campaign import JobResult
+from orchestrator.jobs.job import Inputs
 from orchestrator.report.study_pages.extrapolation import extrapolation_page
 from orchestrator.report.study_pages.lag import lag_page
 from orchestrator.studies import forming_jobs as coupled
@@ -69,7 +70,7 @@ def lag_results(pair: dict[str, Path], tmp_path_factory: pytest.TempPathFactory)
     """Return what the jobs of a small study give, with the pair in place of solver and model."""
     place = tmp_path_factory.mktemp("lag")
 
-    def simulate(inputs: dict[str, Any], friction: Path, folder: Path) -> Run:
+    def simulate(inputs: Inputs, friction: Path, folder: Path) -> Run:
         step = inputs["step"]
         content = {
             "communication_step": step,
@@ -143,7 +144,7 @@ def test_lag_page_names_what_failed(lag_results: dict[str, JobResult]) -> None:
 def test_a_fault_of_the_machine_is_no_result(
     cause: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def simulate(inputs: dict[str, Any], friction: Path, folder: Path) -> Run:
+    def simulate(inputs: Inputs, friction: Path, folder: Path) -> Run:
         folder.mkdir()
         (folder / "manifest.json").write_text("{}", encoding="utf-8")  # the steps until then are there
         raise SimulationError(f"component 'forming' failed at t = 1 s in DoStep: {cause}")
@@ -171,7 +172,7 @@ def test_steps_of_the_lag_study_divide_the_longest() -> None:
 def recorded(sigma: float, mu: float) -> Run:
     """Return a run of two steps and three markers, of which the last touches nothing; one presses with `sigma`."""
     loads = {"v_rel": 100.0, "T": 50.0, "sigma_n": 1000.0, "sd": 1.0, "psi": 1.2}
-    values: dict[str, Any] = {f"forming.{n}": np.full((3, 3), x) for n, x in loads.items()}
+    values: dict[str, FloatArray] = {f"forming.{n}": np.full((3, 3), x) for n, x in loads.items()}
     values["forming.sigma_n"][:, 1] = sigma
     values["forming.active"] = np.tile([1.0, 1.0, 0.0], (3, 1))
     values["friction.mu"] = np.full((3, 3), mu)
@@ -200,8 +201,9 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
             results[job.name] = JobResult(job.name, facts, Path(), 1.0)
         elif job.function.endswith("run_coupled"):
             broke = "-reduced-extrapolate" in job.name
-            made: dict[str, Any] = {"failed": "the solver gave up" if broke else "", "steps": 2, "timing": {}}
-            results[job.name] = JobResult(job.name, made, Path(), 1.0)
+            said = "the solver gave up" if broke else ""
+            made = JobResult(job.name, {"failed": said, "steps": 2, "timing": {}}, Path(), 1.0)
+            results[job.name] = made
     values = json.loads(json.dumps(extrapolation.evaluate(small, results)))
     run = next(r for r in values["runs"] if (r["data"], r["rule"]) == ("all", "clamp"))
     # The marker outside stands for three times the area of the other one and presses twice as hard.
@@ -250,7 +252,7 @@ def test_area_of_a_marker_gives_the_friction_work_of_the_solver() -> None:
         done = process.simulation.state.energy.friction
         process.set_mu(mu)
         process.advance(step)
-    values = {f"forming.{name}": np.array(found) for name, found in rows.items()}
+    values: dict[str, FloatArray] = {f"forming.{name}": np.array(found) for name, found in rows.items()}
     values["friction.mu"] = np.tile(mu, (steps + 1, 1))
     run = Run(Path("run"), {"status": "ok"}, np.linspace(0.0, steps * step / 50.0, steps + 1), values, {})
     work = Contact.of(run, areas).work
