@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
@@ -14,6 +14,9 @@ from ..archive.content import parse_xml
 from ..interface.ls_struct import DESCRIPTION, KIND, MANIFEST, MEMBER, NAME, NAMESPACE, RULE, VERSION
 from ..runtime.fmu_files import UnpackedFmu
 from .report import Notes
+
+if TYPE_CHECKING:
+    from fmpy.model_description import ScalarVariable
 
 _IRREGULAR = f"{NAME}.map.irregular"
 _MAX_BYTES = 16 * 1024**2
@@ -76,7 +79,7 @@ def _named(terminal: etree._Element, kind: str) -> list[str]:
 
 def _terminal(fmu: UnpackedFmu, terminal: etree._Element) -> list[str]:
     """Return what is wrong with the terminal of a map."""
-    variables: dict[str, Any] = {v.name: v for v in fmu.raw.modelVariables}
+    variables: dict[str, ScalarVariable] = {v.name: v for v in fmu.raw.modelVariables}
     kind, problems = terminal.get("terminalKind"), []
     if kind not in {KIND, _IRREGULAR}:
         return [f"terminalKind {str(kind)[:80]!r}, allowed: {KIND!r}, {_IRREGULAR!r}"]
@@ -110,7 +113,7 @@ def _terminal(fmu: UnpackedFmu, terminal: etree._Element) -> list[str]:
     return problems + _shapes(terminal, variables, regular=kind == KIND)
 
 
-def _shapes(terminal: etree._Element, variables: dict[str, Any], regular: bool) -> list[str]:
+def _shapes(terminal: etree._Element, variables: dict[str, ScalarVariable], regular: bool) -> list[str]:
     """Return what is wrong with the sizes of the arrays, and with the order of the sampling points."""
     lengths, problems = [], []
     known = {kind: [n for n in _named(terminal, kind) if n in variables] for kind in _kinds()}

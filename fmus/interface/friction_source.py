@@ -65,7 +65,7 @@ class FrictionSource:
     domain: dict[str, tuple[float, float]] = field(default_factory=dict)
     states: tuple[State, ...] = ()
     system: tuple[Parameter, ...] = ()
-    card: dict[str, Any] = field(default_factory=dict)
+    card: dict[str, object] = field(default_factory=dict)
     original: bytes | None = None
     foreign: dict[str, object] | None = None
     note: str = ""

@@ -71,8 +71,8 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence
 
 def _head(source: FrictionSource) -> str:
     text = f'<p class="soft">Coefficient of friction from {len(LOADS)} local loads. Family: {escape(source.family)}.'
-    if isinstance(source.card.get("description"), str):
-        text += f" {escape(source.card['description'])}"
+    if isinstance(told := source.card.get("description"), str):
+        text += f" {escape(told)}"
     if source.synthetic:
         text += ' <span class="badge">trained on synthetic data</span>'
     text += "</p>"

@@ -267,7 +267,7 @@ class FmuModel:
             self._values(np.empty((0, len(LOAD_NAMES))), None, {}, self._evaluation.outputs)
 
     @property
-    def card(self) -> dict[str, Any]:
+    def card(self) -> dict[str, object]:
         """The model card inside the FMU; empty without one."""
         return {} if self.source is None else self.source.card
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
 
 from lxml import etree
 
@@ -129,7 +128,7 @@ def facts(source: FrictionSource) -> Iterator[tuple[str, str]]:
         yield f"version.{package}", text_of(version)
 
 
-def _part(whole: Mapping[str, Any], name: str) -> dict[str, Any]:
+def _part(whole: Mapping[str, object], name: str) -> dict[str, object]:
     """Return a part of a card; cards of others may hold anything."""
     found = whole.get(name)
     return dict(found) if isinstance(found, Mapping) else {}

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
@@ -28,10 +28,13 @@ from ..jobs.job import Progress
 from ..jobs.keys import ResultKeys
 from ..jobs.versions import versions
 from ..prediction.predict_sct import PredictionNumbers
-from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts
+from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts, SettlingRound
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
 from .settling import SETTLED, all_tests, settle
+
+if TYPE_CHECKING:
+    from ..report.sections.evidence import DiagnosisNumbers
 
 #: Opens the progress display of a step: ``with display("title") as tick: tick(done, total, what)``.
 Display = Callable[[str], AbstractContextManager[Progress]]
@@ -97,11 +100,13 @@ class Demo:
         self._do("diagnose", {}, ["diagnosis.json"], self._diagnose)
         self._do("settle", {}, [SETTLED], lambda tick: settle(self.out, s.seed, self.jobs, tick))
         settled = read_json(self.out / SETTLED)
-        diagnosis = settled["diagnosis"]
+        diagnosis: DiagnosisNumbers = settled["diagnosis"]
+        rounds: list[SettlingRound] = settled["rounds"]
         parts = ["constant", "before", "other"]
         if diagnosis["effects"]:
-            rounds = len(settled["rounds"])
-            self._do("refine", {}, ["models/after"], lambda tick: self._refine(diagnosis["effects"], rounds))
+            self._do(
+                "refine", {}, ["models/after"], lambda tick: self._refine(diagnosis["effects"], len(rounds))
+            )
             parts.append("after")
         else:
             self._step += 1
@@ -112,7 +117,7 @@ class Demo:
             labels = {part: self.label(part) for part in PARTS if part in parts}
             predicted = predict_held_out(self.out, DataSet.load(self.out / "data"), labels, self.jobs, tick)
         with self._title("report") as tick:
-            summary = self._summarise(parts, runs, settled, predicted)
+            summary = self._summarise(parts, runs, diagnosis, rounds, predicted)
             write_json(self.out / "demo.json", summary)
             report = write_report(self.out)
             tick(1, 1, "")
@@ -236,7 +241,8 @@ class Demo:
         self,
         parts: list[str],
         runs: dict[tuple[str, str], Run],
-        settled: dict[str, Any],
+        diagnosis: DiagnosisNumbers,
+        rounds: list[SettlingRound],
         predicted: dict[str, PredictionNumbers],
     ) -> DemoSummary:
         from friction_models import ConstantFriction, evaluate, load_model
@@ -287,8 +293,8 @@ class Demo:
             "frictions": frictions,
             "held_out": held_out,
             "forces": forces,
-            "diagnosis": settled["diagnosis"],
-            "rounds": settled["rounds"],
+            "diagnosis": diagnosis,
+            "rounds": rounds,
             "run_facts": {f"runs/{name}-{part}": _facts(run) for (part, name), run in runs.items()},
             "seconds": {name: float(step["seconds"]) for name, step in self._steps.items()},
             "versions": versions(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from friction_models.common import write_json
 from friction_models.common.files import read_json
@@ -13,7 +13,7 @@ from ..jobs.job import Progress
 from ..report.sections.demo_folder import SettlingRound
 
 if TYPE_CHECKING:
-    from friction_models.discovery import Diagnosis
+    pass
 
 #: Folder of the further tests, and what they changed.
 FURTHER, SETTLED = "further", "settled.json"
@@ -43,7 +43,7 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
     from sct_twin import SctTwin
     from sct_twin.virtual_lab import run_protocol
 
-    found: dict[str, Any] = read_json(out / "diagnosis.json")
+    found = read_json(out / "diagnosis.json")
     model = load_model(out / "models" / "before")
     rounds: list[SettlingRound] = []
     while len(found["confusion_set"]) > 1 and found["next_tests"] and len(rounds) < ROUNDS:
@@ -66,7 +66,7 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
                 },
             )
         )
-        found = _numbers(after)
+        found = after.to_dict()
     write_json(out / SETTLED, {"diagnosis": found, "rounds": rounds})
 
 
@@ -77,8 +77,3 @@ def all_tests(out: Path, rounds: int) -> DataSet:
     parts = {"data": DataSet.load(out / "data")}
     parts |= {f"further {k}": DataSet.load(out / FURTHER / f"data-{k}") for k in range(1, rounds + 1)}
     return join_campaigns(parts)[0]
-
-
-def _numbers(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return a diagnosis as the demo keeps it."""
-    return diagnosis.to_dict()

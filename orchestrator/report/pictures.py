@@ -9,6 +9,7 @@ from friction_models import FrictionModel
 from friction_models.common import InputError, unknown_name
 from friction_models.discovery import Comparison, Diagnosis
 from friction_models.discovery.answer.figures_data import load_map
+from friction_models.loads import FloatArray
 
 from ..attribution.result import Attribution
 from ..cosim.run_folders import Run
@@ -58,7 +59,7 @@ def picture(answer: object, what: str = "") -> go.Figure:
     return chart.figure
 
 
-def _predicted(found: Diagnosis) -> dict[str, Any]:
+def _predicted(found: Diagnosis) -> dict[str, FloatArray]:
     shown = ["before", "after"] if found.effects else ["before"]
     return {part: (found.averages["mu"] - found.averages[part]).to_numpy() for part in shown}
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -228,7 +227,7 @@ def calculix_files(
     mu = max(float(f"{mu:.9g}"), 1e-6)  # *FRICTION refuses 0
     remains = deviation(source, lambda loads: np.full(len(loads), mu))
     slope = mu * held["sigma_n"] / host.pressure / (length / host.length)
-    values: dict[str, Any] = _texts(source, prefix, host, held, remains) | {
+    values = _texts(source, prefix, host, held, remains) | {
         "MU": f"{mu:.9g}",
         "SLOPE": f"{slope:.6g}",
         "SLIP": f"{length:g}",

@@ -6,7 +6,6 @@ import re
 import shlex
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
-from typing import Any
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
@@ -32,7 +31,7 @@ class Command:
 
     title: str
     arguments: tuple[str, ...]
-    more: dict[str, Any] = field(default_factory=dict)
+    more: dict[str, object] = field(default_factory=dict)
     quick: bool = False
 
     @property

@@ -83,12 +83,12 @@ def columns_figure(
         len(shown), columns=3, gap=0.36, titles=titles, legend=False, horizontal_spacing=0.07
     )
     # A table may hold many tests: their points are not joined.
-    look: dict[str, Any] = {"mode": "lines"} if form.records else {"mode": "markers", "marker_size": 3}
+    mode, size = ("lines", None) if form.records else ("markers", 3)
     for at, column in enumerate(shown):
         values = _values(column, table, form.records)
         rows = envelope(values, POINTS if form.records else CLOUD)
         color = AFTER if column.is_ else CONSTANT
-        chart.scatter(at, time[rows], values[rows], hover="%{x:.4g}, %{y:.5g}<extra></extra>", **look, line={"color": color, "width": 1.2}, marker_color=color)  # fmt: skip
+        chart.scatter(at, time[rows], values[rows], hover="%{x:.4g}, %{y:.5g}<extra></extra>", mode=mode, line={"color": color, "width": 1.2}, marker_color=color, marker_size=size)  # fmt: skip
         for begin, end, shade in _PHASES if row is not None else ():
             low, high = (_number((row or {}).get(key)) for key in (begin, end))
             if low is not None and high is not None:
@@ -141,7 +141,7 @@ def _values(column: ColumnForm, table: RawTable, records: bool) -> FloatArray:
                 column.is_,
                 column.unit or None,
                 scale=column.scale or None,
-                sensitivity=column.more.get("sensitivity"),
+                sensitivity=column.sensitivity or None,
             )
             factor, shift = mapped.factor(unit, column.name)
             return column.sign * ((values - (column.offset or 0.0)) * factor + shift)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -85,6 +86,20 @@ async def show(view: View) -> None:
     await _Explorer(view, dataset, sets, data).build()
 
 
+@dataclass
+class _Choices:
+    """The axes and the colour of the cloud, the two loads of the plan, and how tests are picked."""
+
+    x: str
+    y: str
+    color: str
+    a: str
+    b: str
+    tests: str = ""
+    whole: bool = True
+    drag: str = "select"
+
+
 class _Explorer:
     """Choices, pictures and what is picked."""
 
@@ -96,14 +111,17 @@ class _Explorer:
         self.numbers = [c for c in columns if self.found.frame[c].dtype.kind in "fiu"]
         loads = [n for n in LOAD_NAMES if n in self.numbers and n != "sd"]
         first = next((c for c in ("sd", "t", *loads) if c in self.numbers), self.numbers[0])
-        self.chosen: dict[str, Any] = view.kept.setdefault(
+        axes = loads or self.numbers
+        self.chosen: _Choices = view.kept.setdefault(
             f"explore {data}",
-            {
-                "x": first, "y": "mu" if "mu" in self.numbers else self.numbers[-1],
-                "color": "v_rel" if "v_rel" in columns else "", "a": (loads or self.numbers)[0],
-                "b": (loads or self.numbers)[1 % len(loads or self.numbers)], "tests": "", "whole": True, "drag": "select",
-            },
-        )  # fmt: skip
+            _Choices(
+                x=first,
+                y="mu" if "mu" in self.numbers else self.numbers[-1],
+                color="v_rel" if "v_rel" in columns else "",
+                a=axes[0],
+                b=axes[1 % len(axes)],
+            ),
+        )
         self.asked = 0
         self.ids: list[int] = []
 
@@ -115,23 +133,21 @@ class _Explorer:
                 "Measurements", {s: commands.short(s) for s in self.sets}, self.data,
                 lambda v: ui.navigate.to(f"/explore?data={v}"),
             )  # fmt: skip
-            choice("Up", numbers, chosen["y"], partial(self._set, "y"))
-            choice("Across", numbers, chosen["x"], partial(self._set, "x"))
-            choice("Colour", {"": "one colour", **{c: c for c in self.colors}}, chosen["color"], partial(self._set, "color"))  # fmt: skip
+            choice("Up", numbers, chosen.y, partial(self._set, "y"))
+            choice("Across", numbers, chosen.x, partial(self._set, "x"))
+            choice("Colour", {"": "one colour", **{c: c for c in self.colors}}, chosen.color, partial(self._set, "color"))  # fmt: skip
         with ui.element("div").classes("choices"):
-            choice("Load across", numbers, chosen["a"], partial(self._set, "a"))
-            choice("Load up", numbers, chosen["b"], partial(self._set, "b"))
+            choice("Load across", numbers, chosen.a, partial(self._set, "a"))
+            choice("Load up", numbers, chosen.b, partial(self._set, "b"))
             field = ui.input(
                 "Tests whose name holds",
-                value=chosen["tests"],
+                value=chosen.tests,
                 on_change=lambda e: self._set("tests", e.value),
             )
             field.props("outlined dense clearable").classes("choice")
-            ui.switch(
-                "Pick whole tests", value=chosen["whole"], on_change=lambda e: self._set("whole", e.value)
-            )
+            ui.switch("Pick whole tests", value=chosen.whole, on_change=lambda e: self._set("whole", e.value))
         with ui.element("div").classes("choices"):
-            choice("Drawing with the mouse", _DRAGS, chosen["drag"], self._drag)
+            choice("Drawing with the mouse", _DRAGS, chosen.drag, self._drag)
             button(
                 "Whole picture", lambda: self._change("{'xaxis.autorange': true, 'yaxis.autorange': true}")
             )
@@ -142,14 +158,14 @@ class _Explorer:
 
     def _drag(self, value: str) -> None:
         """Draw frames, or something else, in all pictures."""
-        self.chosen["drag"] = value if value in _DRAGS else "select"
-        self._change(f"{{dragmode: '{self.chosen['drag']}'}}")
+        self.chosen.drag = value if value in _DRAGS else "select"
+        self._change(f"{{dragmode: '{self.chosen.drag}'}}")
 
     def _change(self, change: str) -> None:
         ui.run_javascript(_DRAG % {"ids": self.ids, "change": change})
 
     async def _set(self, name: str, value: Any) -> None:
-        self.chosen[name] = value if isinstance(value, bool) else str(value or "")
+        setattr(self.chosen, name, value if isinstance(value, bool) else str(value or ""))
         self.asked += 1
         mine = self.asked
         if name == "tests":
@@ -177,21 +193,21 @@ class _Explorer:
         plots = []
         with self.place, ui.element("div").classes("pictures"):
             for figure in figures:
-                plots.append(_picture(figure, self.chosen["drag"]))
+                plots.append(_picture(figure, self.chosen.drag))
         self.ids = ids = [p.id for p in plots]
         for plot in plots:
-            script = _BRUSH % {"ids": ids, "whole": str(bool(self.chosen["whole"])).lower(), "own": plot.id}
+            script = _BRUSH % {"ids": ids, "whole": str(bool(self.chosen.whole)).lower(), "own": plot.id}
             for event in ("plotly_selected", "plotly_deselect"):
                 plot.on(event, self._picked, js_handler=script)
 
     def _figures(self) -> tuple[Sample, list[ReadFigure]]:
         c = self.chosen
-        found = sample(self.dataset, c["tests"])
+        found = sample(self.dataset, c.tests)
         if not len(found.frame):
             return found, []
-        over_time = c["x"] in {"sd", "t"}
-        first = cloud(found, c["x"], c["y"], c["color"], lines=over_time)
-        return found, [first, cloud(found, c["a"], c["b"], c["color"], plan=True)]
+        over_time = c.x in {"sd", "t"}
+        first = cloud(found, c.x, c.y, c.color, lines=over_time)
+        return found, [first, cloud(found, c.a, c.b, c.color, plan=True)]
 
     def _picked(self, event: events.GenericEventArguments) -> None:
         """Say which tests were picked."""
@@ -203,7 +219,7 @@ class _Explorer:
         more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
         with self.picked, ui.element("div").classes("panel"):
             say(f"Picked: {', '.join(names[:_NAMED])}{more}")
-            words(table(["quantity", "range"], summary(self.found, numbers, self.chosen["y"]), narrow=True))
+            words(table(["quantity", "range"], summary(self.found, numbers, self.chosen.y), narrow=True))
             if (self.view.project.root / self.data).is_dir():
                 with ui.element("div").classes("buttons"):
                     ui.link("Edit the test table", f"/measurements?tests={self.data}").classes("button")

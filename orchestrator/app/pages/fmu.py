@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -19,6 +19,14 @@ from .frame import page_head
 from .parts import action, choice, download, empty, heading, line, say
 from .parts import button as press
 from .view import View
+
+
+@dataclass
+class _Choices:
+    """What is to be packed, and how."""
+
+    model: str
+    options: PackOptions = field(default_factory=PackOptions)
 
 
 async def show(view: View) -> None:
@@ -52,31 +60,30 @@ def _sizes(view: View) -> list[tuple[str, int]]:
 
 def _pack(view: View, models: list[str], model: str) -> None:
     """Show the options and the button, whose command line follows them."""
-    kept: dict[str, Any] = view.kept.setdefault("fmu", {"model": model, "options": PackOptions()})
-    if kept["model"] not in models:
-        kept["model"] = model
+    kept: _Choices = view.kept.setdefault("fmu", _Choices(model))
+    if kept.model not in models:
+        kept.model = model
 
     @ui.refreshable
     def button() -> None:
-        options: PackOptions = kept["options"]
-        if problem := options.problem():
+        if problem := kept.options.problem():
             say(problem, "problem")
             return
-        command = pack(kept["model"], options)
+        command = pack(kept.model, kept.options)
         with ui.element("div").classes("action"):
             press("Pack as FMU", lambda: view.run(command), "first")
             line(command)
 
     def changed(name: str, value: Any) -> None:
         if name == "model":
-            kept["model"] = value
+            kept.model = value
         else:
-            kept["options"] = replace(kept["options"], **{name: value})
+            kept.options = replace(kept.options, **{name: value})
         button.refresh()
 
-    options: PackOptions = kept["options"]
+    options = kept.options
     with ui.element("div").classes("choices"):
-        choice("Model", {m: commands.short(m) for m in models}, kept["model"], partial(changed, "model"))
+        choice("Model", {m: commands.short(m) for m in models}, kept.model, partial(changed, "model"))
         choice("FMI version", ["2.0", "3.0"], options.fmi, partial(changed, "fmi"))
         nodes = ui.number("Contact points", value=options.nodes, min=1, max=MOST_NODES, precision=0)
         nodes.props("outlined dense").classes("choice")

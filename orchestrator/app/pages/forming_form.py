@@ -38,7 +38,7 @@ class FormState:
     process: str = "fre"
     models: list[str] = field(default_factory=list)
     constants: str = CONSTANTS[1]
-    values: dict[str, Any] = field(default_factory=dict)
+    values: dict[str, float | str] = field(default_factory=dict)
     levels: dict[str, str] = field(default_factory=dict)
     stroke: float | None = None
     press: str = ""
@@ -162,8 +162,8 @@ def _declared(form: FormState) -> dict[str, Parameter]:
     return {n: p for n, p in declared(form.process, _given(form)).items() if p.kind != "ejection"}
 
 
-def _given(form: FormState) -> dict[str, Any]:
-    return {n: v for n, v in form.values.items() if v is not None and v != ""}
+def _given(form: FormState) -> dict[str, float | str]:
+    return {n: v for n, v in form.values.items() if v != ""}
 
 
 def _fields(form: FormState, known: dict[str, Parameter], update: Callable[[], None]) -> None:
@@ -184,7 +184,8 @@ def _fields(form: FormState, known: dict[str, Parameter], update: Callable[[], N
             own = str(value or "16MnCr5")
             choice(label, names if own in names else [*names, own], own, lambda v: changed(p, v))
         else:
-            made = ui.number(label, value=value, min=p.low, max=p.high, precision=0 if p.kind == "count" else None)  # fmt: skip
+            number = None if isinstance(value, str) else value
+            made = ui.number(label, value=number, min=p.low, max=p.high, precision=0 if p.kind == "count" else None)  # fmt: skip
             made.props("outlined dense").classes("choice").props["hint"] = _hint(p)
             made.on_value_change(lambda e: changed(p, e.value))
 
@@ -312,7 +313,7 @@ class _Curve:
 
     label: str
     process: str
-    numbers: dict[str, Any]
+    numbers: Mapping[str, float | str]
     stroke: float
     name: str
 
@@ -337,7 +338,7 @@ def _curves(view: View) -> dict[str, _Curve]:
                 continue
             label = f"{folder.name}: {level.process}, {level.speed:g} mm/s, {level.T_tool:g} degC, {recorded.lubricant}"
             name = PurePosixPath(recorded.file).stem
-            found[path] = _Curve(label, level.process, dict(level.numbers), level.stroke, f"{folder.name}-{name}")  # fmt: skip
+            found[path] = _Curve(label, level.process, level.numbers, level.stroke, f"{folder.name}-{name}")  # fmt: skip
     return found
 
 

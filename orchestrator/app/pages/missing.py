@@ -7,12 +7,11 @@ from typing import Any
 
 from nicegui import ui
 
-from friction_models.common.errors import shown
 from friction_models.common.files import read_json
 
 from ...report.reading import ReadPage
 from .. import commands
-from ..commands import effect_names
+from ..answer import Answer, Offer
 from ..project.history import ACCEPTED, TAKEN_BACK, Story
 from .frame import page_head
 from .parts import (
@@ -83,11 +82,10 @@ async def show(view: View) -> None:
     action(view, commands.models.diagnose(story.data, story.model), "Ask again")
 
 
-def _answer(view: View, story: Story) -> tuple[dict[str, Any], ReadPage | None]:
+def _answer(view: View, story: Story) -> tuple[Answer, ReadPage | None]:
     """Return what `diagnose` wrote about the model in hand: its JSON and its page."""
     file, page, _ = commands.models.diagnosis_files(story.data, story.model)
-    path = view.project.inside(file)
-    return (read_json(path) if path.is_file() else {}), view.page(page)
+    return Answer.read(view.project.inside(file)), view.page(page)
 
 
 def _choices(view: View, story: Story) -> None:
@@ -102,16 +100,15 @@ def _choices(view: View, story: Story) -> None:
         choice("Model", models, story.model, lambda value: view.choose(story.data, value))
 
 
-def _verdict(view: View, story: Story, answer: dict[str, Any], page: ReadPage) -> None:
+def _verdict(view: View, story: Story, answer: Answer, page: ReadPage) -> None:
     verdict = page.section("verdict")
-    named = effect_names(answer.get("effects"))
     with ui.element("div").classes("beside"):
         with ui.element("div"):
             for part in verdict.parts if verdict else []:
                 if isinstance(part, str):
                     words(part.partition(_NEXT)[0])
             if story.candidate is None:
-                _offers(view, story, answer, named)
+                _offers(view, story, answer)
         with ui.element("div"):
             response, residual = page.section("response"), page.section("residual")
             if response is not None and (figure := response.figure()) is not None:
@@ -122,8 +119,9 @@ def _verdict(view: View, story: Story, answer: dict[str, Any], page: ReadPage) -
                 residual.parts.remove(figure)
 
 
-def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) -> None:
+def _offers(view: View, story: Story, answer: Answer) -> None:
     """Show what may be added: what is named, and on request anything else that was tried."""
+    named = answer.effects
     if named:
         action(
             view,
@@ -131,13 +129,10 @@ def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) 
             f"Add {' and '.join(named)}",
             first=True,
         )
-    _formulas(view, story, answer, first=not named)
-    rivals = [e for e in effect_names(answer.get("confusion_set")) if e not in named]
-    ranked = answer.get("ranking")
-    ranking = effect_names([r.get("effect") for r in ranked or [] if isinstance(r, dict)])
-    others = list(dict.fromkeys([*rivals, *(e for e in ranking if e not in named)]))[:_OFFERED]
-    if rivals:
-        say(f"These data cannot tell it from: {', '.join(rivals)}.")
+    _formulas(view, story, answer.offers, first=not named)
+    others = list(dict.fromkeys([*answer.rivals, *(e for e in answer.ranking if e not in named)]))[:_OFFERED]
+    if answer.rivals:
+        say(f"These data cannot tell it from: {', '.join(answer.rivals)}.")
     if not others:
         return
     with ui.expansion("Add another effect").classes("other"):
@@ -145,12 +140,9 @@ def _offers(view: View, story: Story, answer: dict[str, Any], named: list[str]) 
             action(view, commands.models.refine(story.data, story.model, [effect]), f"Add {effect}")
 
 
-def _formulas(view: View, story: Story, answer: dict[str, Any], first: bool) -> None:
+def _formulas(view: View, story: Story, offers: list[Offer], first: bool) -> None:
     """Offer empirical terms: curves without a law behind them, for what the catalogue does not explain."""
-    offers = answer.get("formulas")
-    found = [(o, effect_names(o.get("add"))) for o in offers if isinstance(o, dict)] if isinstance(offers, list) else []  # fmt: skip
-    found = [(offer, names) for offer, names in found if names]
-    if not found:
+    if not offers:
         return
     heading("Curves that would help", 3)
     say(
@@ -158,16 +150,10 @@ def _formulas(view: View, story: Story, answer: dict[str, Any], first: bool) -> 
         "that took no part in choosing it.",
         "soft",
     )
-    for number, (offer, names) in enumerate(found[:_OFFERED]):
-        share, interval = offer.get("share"), offer.get("interval")
-        removes = ""
-        if isinstance(share, float) and isinstance(interval, list) and len(interval) == 2:
-            low, high = (f"{100 * v:.0f}" if isinstance(v, int | float) else "?" for v in interval)
-            removes = f" It removes {100 * share:.0f} % [{low} to {high} %] of the error that can be avoided."
-        say(f"{shown(offer.get('equation', ''), 300)}.{removes}")
-        action(
-            view, commands.models.refine(story.data, story.model, names), f"Add {' and '.join(names)}", first=first and number == 0
-        )  # fmt: skip
+    for number, offer in enumerate(offers[:_OFFERED]):
+        say(f"{offer.equation}. {offer.removes}".rstrip())
+        command = commands.models.refine(story.data, story.model, offer.effects)
+        action(view, command, f"Add {' and '.join(offer.effects)}", first=first and number == 0)
 
 
 def _candidate(view: View, story: Story) -> None:
@@ -190,7 +176,7 @@ def _candidate(view: View, story: Story) -> None:
             parts(residual.parts)
 
 
-async def _rounds(view: View, story: Story, answer: dict[str, Any]) -> None:
+async def _rounds(view: View, story: Story, answer: Answer) -> None:
     """Show the additions that were accepted as a staircase, and the way on."""
     if len(story.rounds) < 2:
         return
@@ -205,7 +191,7 @@ async def _rounds(view: View, story: Story, answer: dict[str, Any]) -> None:
                 button("Take back the last one", lambda: view.note(TAKEN_BACK))
 
 
-def _staircase(view: View, model: str, answer: dict[str, Any]) -> Any:
+def _staircase(view: View, model: str, answer: Answer) -> Any:
     """Return the figure of the errors of all rounds of a model, which its card keeps."""
     from ...report.charts.rounds import rounds_chart
     from ..figures.as_read import as_read
@@ -214,8 +200,7 @@ def _staircase(view: View, model: str, answer: dict[str, Any]) -> Any:
     history = card.get("model", {}).get("learned", {}).get("error_history", [])
     if not history:
         return None
-    floor = answer.get("noise_floor", {}).get("total")
-    chart = rounds_chart(history, floor if isinstance(floor, float) else None)
+    chart = rounds_chart(history, answer.floor)
     by = ", ".join(dict.fromkeys(str(entry["judged_by"]) for entry in history))
     return as_read(
         "rounds",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any
 
 from nicegui import ui
 
@@ -84,7 +83,7 @@ def _story(view: View, reports: list[str]) -> None:
         action(view, story(), "Tell it again" if STORY in reports else "Tell the story", STORY not in reports)
 
 
-def _told(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _told(lines: list[dict[str, object]]) -> list[dict[str, object]]:
     """Return the lines without the starts of commands whose end is there, too."""
     ended = {line.get("job") for line in lines if line["event"] == history.ENDED}
     return [line for line in lines if line["event"] != history.STARTED or line.get("job") not in ended]

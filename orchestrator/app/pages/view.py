@@ -38,7 +38,7 @@ class View:
     started: Callable[[], None]
     kept: dict[str, Any] = field(default_factory=dict)
 
-    def lines(self) -> list[dict[str, Any]]:
+    def lines(self) -> list[dict[str, object]]:
         """Return the history."""
         return history.read(self.project.root / HISTORY)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -33,7 +33,7 @@ def add(file: Path, event: str, /, **content: Any) -> None:
             os.close(handle)
 
 
-def read(file: Path) -> list[dict[str, Any]]:
+def read(file: Path) -> list[dict[str, object]]:
     """Return the lines that can be read; a line that broke off with the machine is left out."""
     try:
         if file.stat().st_size > _LARGEST:
@@ -41,7 +41,7 @@ def read(file: Path) -> list[dict[str, Any]]:
         text = file.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return []
-    found = []
+    found: list[dict[str, object]] = []
     for line in text.splitlines():
         try:
             entry = json.loads(line)
@@ -85,7 +85,7 @@ class Story:
         return self.rounds[-1].model if self.rounds else ""
 
     @classmethod
-    def of(cls, lines: list[dict[str, Any]]) -> Story:
+    def of(cls, lines: Sequence[Mapping[str, object]]) -> Story:
         """Return where the loop stands after these lines.
 
         Examples
@@ -101,11 +101,11 @@ class Story:
         """
         story = cls()
         for line in lines:
-            event = line["event"]
+            event, added = line["event"], line.get("round")
             if event == CHOSEN:
                 story = cls(str(line.get("data", "")), [Round(str(line.get("model", "")))])
-            elif event == ENDED and line.get("code") == 0 and isinstance(line.get("round"), Mapping):
-                story.candidate = _round(line["round"])
+            elif event == ENDED and line.get("code") == 0 and isinstance(added, Mapping):
+                story.candidate = _round(added)
             elif event == ACCEPTED and story.candidate is not None:
                 story.rounds.append(story.candidate)
                 story.candidate = None
@@ -117,7 +117,7 @@ class Story:
         return story
 
 
-def _round(entry: Mapping[str, Any]) -> Round:
+def _round(entry: Mapping[str, object]) -> Round:
     added = entry.get("added")
     return Round(
         str(entry.get("model", "")),

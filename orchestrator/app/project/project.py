@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -113,7 +114,7 @@ class Project:
         except InputError:
             return {}
 
-    def keep(self, form: str, content: dict[str, Any]) -> None:
+    def keep(self, form: str, content: Mapping[str, object]) -> None:
         """Keep what a form holds."""
         write_json(self.root / WORK / f"{form}.json", content)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -115,7 +116,7 @@ def saved_map(project: Project, place: str, records: bool) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def map_text(content: dict[str, Any]) -> str:
+def map_text(content: Mapping[str, object]) -> str:
     """Return a map as the command line takes it."""
     import yaml
 
@@ -123,7 +124,7 @@ def map_text(content: dict[str, Any]) -> str:
     return text
 
 
-def save_map(project: Project, place: str, records: bool, content: dict[str, Any]) -> str:
+def save_map(project: Project, place: str, records: bool, content: Mapping[str, object]) -> str:
     """Write a map beside its files, and return its path; the one before is kept in the folder `earlier`."""
     path = f"{place}/{CHANNEL_MAP if records else POINT_MAP}"
     file = project.inside(path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -22,6 +22,19 @@ from sct_twin.records.channels import CHANNELS
 MOST_COLUMNS = 60
 #: Stands for a column of the test table in the choice of a column of points.
 TEST_TABLE = "test_table"
+
+
+class Entry(TypedDict, total=False):
+    """What a map says about one column."""
+
+    quantity: str
+    unit: str
+    sign: int
+    offset: float
+    scale: str
+    std: float
+    sensitivity: str
+    test_table: str
 
 
 @dataclass
@@ -56,8 +69,8 @@ class ColumnForm:
     low: float | None = None
     high: float | None = None
     column: str = ""
-    #: Further keys of a map that was written by hand.
-    more: dict[str, Any] = field(default_factory=dict)
+    #: In place of a scale, in a map that was written by hand.
+    sensitivity: str = ""
 
 
 @dataclass
@@ -77,20 +90,23 @@ class MapForm:
         What all tests share.
     phases : dict
         ``upsetting`` and ``sliding``: from and to [s]; empty to detect them.
-    more : dict
-        Further keys of a map that was written by hand.
+    absent : dict
+        What a saved map says about columns that the first file does not have.
+    filters : dict
+        ``despike`` and ``low_pass`` of a map that was written by hand.
     """
 
     records: bool
     columns: list[ColumnForm]
     mass: float | None = None
     name: str = ""
-    metadata: dict[str, Any] = field(default_factory=dict)
-    phases: Any = "detect"
-    more: dict[str, Any] = field(default_factory=dict)
+    metadata: dict[str, object] = field(default_factory=dict)
+    phases: object = "detect"
+    absent: dict[str, object] = field(default_factory=dict)
+    filters: dict[str, object] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, table: RawTable, records: bool, saved: Mapping[str, Any]) -> MapForm:
+    def of(cls, table: RawTable, records: bool, saved: Mapping[str, object]) -> MapForm:
         """Return the form of a saved map, or of what is recognised where none was saved.
 
         Examples
@@ -107,7 +123,9 @@ class MapForm:
         form = cls(records, columns)
         entries = saved.get("channels" if records else "columns")
         was_saved = isinstance(entries, Mapping)
-        drafted = dict(entries) if isinstance(entries, Mapping) else drafted_columns(table, records)
+        drafted: dict[str, object] = dict(
+            entries if isinstance(entries, Mapping) else drafted_columns(table, records)
+        )
         for column in columns:
             if column.name in drafted:
                 _fill(column, drafted.pop(column.name))
@@ -116,26 +134,24 @@ class MapForm:
                 if records and column.is_ == "F_n" and _pulls(table.numbers(column.name)[0]):
                     column.sign = -1
             return form
-        # A map may name columns that the first file does not have: they stay.
-        form.more = {"channels" if records else "columns": drafted} if drafted else {}
+        form.absent = drafted
         mass, metadata = saved.get("moving_mass"), saved.get("metadata")
         form.mass = float(mass) if isinstance(mass, int | float) and not isinstance(mass, bool) else None
         form.metadata = dict(metadata) if isinstance(metadata, Mapping) else {}
         form.name = str(saved.get("test_id" if records else "file_name") or "")
         form.phases = saved.get("phases") or "detect"
         only = saved.get("only")
-        for column in columns if isinstance(only, Mapping) else ():
-            limits = (only or {}).get(column.name)
+        for column in columns:
+            limits = only.get(column.name) if isinstance(only, Mapping) else None
             if isinstance(limits, Mapping):
                 column.low, column.high = _number(limits.get("min")), _number(limits.get("max"))
-        form.more |= {k: saved[k] for k in ("despike", "low_pass") if records and k in saved}
+        form.filters = {k: saved[k] for k in ("despike", "low_pass") if records and k in saved}
         return form
 
-    def content(self) -> dict[str, Any]:
+    def content(self) -> dict[str, object]:
         """Return the map as the command line takes it."""
-        key = "channels" if self.records else "columns"
         entries = {c.name: _entry(c, self.records) for c in self.columns if c.is_}
-        found: dict[str, Any] = {key: {**entries, **self.more.get(key, {})}}
+        found: dict[str, object] = {"channels" if self.records else "columns": {**entries, **self.absent}}
         if self.records:
             found |= {"moving_mass": self.mass} if self.mass is not None else {}
         else:
@@ -148,7 +164,7 @@ class MapForm:
         found |= {"test_id" if self.records else "file_name": self.name} if self.name else {}
         found |= {"metadata": self.metadata} if self.metadata else {}
         found |= {"phases": self.phases} if self.records else {}
-        return found | {k: v for k, v in self.more.items() if k != key}
+        return found | self.filters
 
 
 def choices(records: bool) -> dict[str, str]:
@@ -179,11 +195,11 @@ def looks_like_records(table: RawTable) -> bool:
     return bool(found.get("F_n") or found.get("F_r"))
 
 
-def drafted_columns(table: RawTable, records: bool) -> dict[str, Any]:
+def drafted_columns(table: RawTable, records: bool) -> dict[str, dict[str, str]]:
     """Return what is recognised, as entries of a map."""
     if not records:
-        return dict(guess_point_columns(table))
-    entries: dict[str, Any] = {}
+        return guess_point_columns(table)
+    entries: dict[str, dict[str, str]] = {}
     for guess in guess_channels(table):
         if guess.column is not None:
             unit = "" if table.units.get(guess.column) else name_and_unit(guess.column)[1]
@@ -260,20 +276,26 @@ def _fill(column: ColumnForm, entry: Any) -> None:
     column.sign = -1 if entry.get("sign") == -1 else 1
     column.offset, column.std = _number(entry.get("offset")), _number(entry.get("std"))
     column.scale = str(entry.get("scale") or "")
-    column.more = {k: v for k, v in entry.items() if k in {"sensitivity"}}
+    column.sensitivity = str(entry.get("sensitivity") or "")
 
 
-def _entry(column: ColumnForm, records: bool) -> dict[str, Any]:
+def _entry(column: ColumnForm, records: bool) -> Entry:
     if column.is_ == TEST_TABLE:
         return {"test_table": column.column}
-    entry: dict[str, Any] = {"quantity": column.is_}
-    entry |= {"unit": column.unit} if column.unit else {}
-    entry |= {"sign": -1} if column.sign == -1 else {}
-    if records:
-        entry |= {"offset": column.offset} if column.offset else {}
-        entry |= {"scale": column.scale} if column.scale else {}
-        entry |= {"std": column.std} if column.std is not None else {}
-    return {**entry, **column.more}
+    entry: Entry = {"quantity": column.is_}
+    if column.unit:
+        entry["unit"] = column.unit
+    if column.sign == -1:
+        entry["sign"] = -1
+    if records and column.offset:
+        entry["offset"] = column.offset
+    if records and column.scale:
+        entry["scale"] = column.scale
+    if records and column.std is not None:
+        entry["std"] = column.std
+    if column.sensitivity:
+        entry["sensitivity"] = column.sensitivity
+    return entry
 
 
 def _number(value: Any) -> float | None:

@@ -213,7 +213,7 @@ def key_values(pairs: Iterable[str], texts: Collection[str] = ()) -> dict[str, A
     """Read ``key=value`` texts; values as YAML reads them, except those of the keys in `texts`."""
     import yaml
 
-    result: dict[str, Any] = {}
+    result = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
         if not equals or not key:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -200,7 +200,7 @@ def _range(table: RawTable, column: ColumnForm) -> str:
     return f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}{unit}"
 
 
-def _degrees(metadata: dict[str, Any]) -> float | None:
+def _degrees(metadata: Mapping[str, object]) -> float | None:
     value = metadata.get("T_tool")
     return float(value) if isinstance(value, int | float) else None
 

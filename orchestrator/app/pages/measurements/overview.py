@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from nicegui import ui
 
@@ -21,6 +21,14 @@ from ..parts import button, empty, heading, say, words
 from ..view import View
 from . import raw_set, taken_in, tests_editor
 from .bring import bring
+
+
+class _Found(NamedTuple):
+    """What is in a data set: rows of a table, remarks, and whether it is synthetic."""
+
+    rows: list[tuple[str, object]]
+    notes: list[str]
+    synthetic: bool
 
 
 async def show(view: View) -> None:
@@ -52,16 +60,16 @@ async def show(view: View) -> None:
     bring(view, "Bring measurements")
 
 
-def _data_set(view: View, name: str, looked: dict[str, Any] | str, in_hand: str) -> None:
+def _data_set(view: View, name: str, looked: _Found | str, in_hand: str) -> None:
     with ui.element("section").classes("panel"):
         heading(commands.short(name))
         if isinstance(looked, str):
             say(looked, "problem")
             return
-        if looked["synthetic"]:
+        if looked.synthetic:
             ui.label("synthetic data").classes("badge")
-        words(table(["quantity", "found"], looked["rows"], narrow=True))
-        words(bullets(looked["notes"]))
+        words(table(["quantity", "found"], looked.rows, narrow=True))
+        words(bullets(looked.notes))
         with ui.element("div").classes("buttons"):
             if name == in_hand:
                 ui.link("Ask what is missing", "/").classes("button first")
@@ -87,12 +95,12 @@ def _raw_sets(project: Project) -> None:
                 ui.link(said, f"/measurements?raw={folder.name}").classes("button")
 
 
-def _look(path: Path) -> dict[str, Any] | str:
+def _look(path: Path) -> _Found | str:
     return _looked(path, stamp(path))
 
 
 @lru_cache(maxsize=50)
-def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> dict[str, Any] | str:
+def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
     from friction_models.loads import LOAD_NAMES, not_measured
     from friction_models.loads.contract import with_unit
@@ -102,7 +110,7 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> dict[str, Any] | s
     except InputError as error:
         return str(error)
     points = found.points
-    rows = [
+    rows: list[tuple[str, object]] = [
         ("tests", points["test_id"].nunique()),
         ("points", len(points)),
         *(
@@ -116,4 +124,4 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> dict[str, Any] | s
         rows.insert(1, ("roles", ", ".join(f"{count} {role}" for role, count in roles.items())))
     lacking = not_measured(points.columns)
     notes = [*([f"not measured: {', '.join(lacking)}"] if lacking else []), *found.notes]
-    return {"rows": rows, "notes": notes, "synthetic": found.synthetic}
+    return _Found(rows, notes, found.synthetic)

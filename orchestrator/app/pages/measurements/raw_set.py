@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -135,7 +136,7 @@ class _Page:
             said = f"Leave out {counted(found.rows, 'row')} with {found.column} {found.words}"
             button(said, lambda: self.fields.limit(found.column, found.low, found.high))
 
-    def _try(self) -> tuple[dict[str, Any] | None, list[str] | None, str, list[Any]]:
+    def _try(self) -> tuple[dict[str, object] | None, list[str] | None, str, list[Any]]:
         row, said, problem, figures = None, None, "", []
         try:
             if self.form.records:
@@ -233,7 +234,7 @@ def _bare(text: str, page: _Page) -> str:
     )
 
 
-def _first(row: dict[str, Any]) -> list[tuple[str, str]]:
+def _first(row: Mapping[str, object]) -> list[tuple[str, str]]:
     known = {
         "sampling rate [Hz]": "sampling_rate_Hz", "length [s]": "duration_s", "upsetting begins [s]": "upsetting_s",
         "sliding begins [s]": "sliding_s", "sliding ends [s]": "end_s", "sliding distance [mm]": "sliding_mm",

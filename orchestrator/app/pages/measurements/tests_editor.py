@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import re
 from functools import partial
-from typing import Any
 
 from nicegui import events, ui
 
@@ -207,9 +206,7 @@ class _Editor:
                         "minWidth": 110,
                     }
                 )
-        rows: list[dict[str, Any]] = [
-            {f: cells.get(n, "") for f, n in self.fields.items()} for cells in changed.cells()
-        ]
+        rows = [{f: cells.get(n, "") for f, n in self.fields.items()} for cells in changed.cells()]
         if rows != self.grid.options["rowData"]:
             self.grid.options["rowData"] = rows
             self.grid.update()

@@ -1,0 +1,86 @@
+"""What `diagnose` wrote about a model, as far as a page offers it; a file of the project may hold anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from friction_models.common.errors import shown
+from friction_models.common.files import read_json
+
+from .commands import effect_names
+
+
+@dataclass(frozen=True)
+class Offer:
+    """Empirical terms that would help: the effects to add, and in words their curve and what it removes."""
+
+    effects: list[str]
+    equation: str
+    removes: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer of a diagnosis.
+
+    Attributes
+    ----------
+    effects : list of str
+        What is named.
+    rivals : list of str
+        What the data cannot tell from it.
+    ranking : list of str
+        What was tried, best evidence first.
+    offers : list of Offer
+    floor : float or None
+        What no model predicts, RMS in mu.
+    """
+
+    effects: list[str] = field(default_factory=list)
+    rivals: list[str] = field(default_factory=list)
+    ranking: list[str] = field(default_factory=list)
+    offers: list[Offer] = field(default_factory=list)
+    floor: float | None = None
+
+    @classmethod
+    def read(cls, file: Path) -> Answer:
+        """Read an answer; an empty one where nothing was asked yet.
+
+        Raises InputError: the file cannot be read.
+        """
+        if not file.is_file():
+            return cls()
+        content = read_json(file)
+        named = effect_names(content.get("effects"))
+        floor = _object(content.get("noise_floor")).get("total")
+        return cls(
+            named,
+            [e for e in effect_names(content.get("confusion_set")) if e not in named],
+            effect_names([r.get("effect") for r in _objects(content.get("ranking"))]),
+            [offer for o in _objects(content.get("formulas")) if (offer := _offer(o)).effects],
+            floor if isinstance(floor, float) else None,
+        )
+
+
+def _offer(entry: dict[str, object]) -> Offer:
+    """Return an offer of a file.
+
+    Examples
+    --------
+    >>> _offer({"add": ["empirical:v"], "equation": "f(v)", "share": 0.8, "interval": [0.6, None]}).removes
+    'It removes 80 % [60 to ? %] of the error that can be avoided.'
+    """
+    share, interval, removes = entry.get("share"), entry.get("interval"), ""
+    if isinstance(share, float) and isinstance(interval, list) and len(interval) == 2:
+        low, high = (f"{100 * v:.0f}" if isinstance(v, int | float) else "?" for v in interval)
+        removes = f"It removes {100 * share:.0f} % [{low} to {high} %] of the error that can be avoided."
+    return Offer(effect_names(entry.get("add")), shown(entry.get("equation", ""), 300), removes)
+
+
+def _object(found: object) -> dict[str, object]:
+    return found if isinstance(found, dict) else {}
+
+
+def _objects(found: object) -> list[dict[str, object]]:
+    return [o for o in found if isinstance(o, dict)] if isinstance(found, list) else []
