@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .chain import chain, delayed
+from .children.common import Job
 from .comparing import CONSTANT, INTEGRATED, Case, Result, compared
 from .ecos_command import run_ecos
 from .program_cases import PROGRAM_CASES
@@ -14,7 +15,7 @@ from .running import run_child
 from .subjects import KINDS, POINTS, STEP, STEPS, Subjects, inputs, names, series
 
 
-def _job(case: Case, subjects: Subjects) -> dict[str, object]:
+def _job(case: Case, subjects: Subjects) -> Job:
     outputs = names("mu", case.points)
     loads = inputs(case.points)
     if case.fmi == "3.0":  # one variable an array
@@ -51,7 +52,7 @@ def fmpy_me(case: Case, subjects: Subjects, folder: Path) -> Result:
     return compared(run_child(child, work, folder), expected)
 
 
-def _single(case: Case, subjects: Subjects) -> dict[str, object]:
+def _single(case: Case, subjects: Subjects) -> Job:
     """One FMU called friction, with full names."""
     fmu = subjects.friction(case.model, case.fmi, case.points)
     array = case.fmi == "3.0"
@@ -97,7 +98,7 @@ def casadi(case: Case, subjects: Subjects, folder: Path) -> Result:
     return Result("agrees", result.deviation, f"derivatives within {worst:.0e} of central differences")
 
 
-def _ssp(case: Case, subjects: Subjects, folder: Path, boundary: bool = False) -> dict[str, object]:
+def _ssp(case: Case, subjects: Subjects, folder: Path, boundary: bool = False) -> Job:
     folder.mkdir(parents=True, exist_ok=True)
     path = chain(case, subjects).export(folder / "chain.ssp", boundary)
     return {
@@ -124,8 +125,8 @@ def ssp_ecospy(case: Case, subjects: Subjects, folder: Path) -> Result:
 def ssp_ecos(case: Case, subjects: Subjects, folder: Path) -> Result:
     """The command line: a program without Python in an environment without Python."""
     work = _ssp(case, subjects, folder)
-    columns = [str(n).replace(".", "::", 1) for n in work["outputs"]]  # type: ignore[attr-defined]
-    outcome = run_ecos(Path(str(work["ssp"])), columns, folder)
+    columns = [n.replace(".", "::", 1) for n in work["outputs"]]
+    outcome = run_ecos(Path(work["ssp"]), columns, folder)
     return delayed(case, outcome, subjects.expected(case.model, series(case.points)))
 
 
@@ -147,7 +148,7 @@ def container(case: Case, subjects: Subjects, folder: Path) -> Result:
     made = run_child("container", {"description": "box.csv", "step": STEP, "fmi": case.fmi[0]}, folder)
     if made.result is None:
         return Result("refused", seen=made.seen)
-    work = _job(case, subjects) | {"fmu": str(folder / "box.fmu"), "n": 1}
+    work: Job = {**_job(case, subjects), "fmu": str(folder / "box.fmu"), "n": 1}
     return compared(run_child("fmpy_cs", work, folder), subjects.expected(case.model, series(case.points)))
 
 
@@ -158,7 +159,7 @@ def ssp_container(case: Case, subjects: Subjects, folder: Path) -> Result:
     if made.result is None:
         return Result("refused", seen=made.seen)
     outputs = [f"meter_{n}" for n in names("scaled", case.points)]
-    run = {
+    run: Job = {
         "fmu": str(folder / "chain.fmu"),
         "inputs": [],
         "outputs": outputs,
@@ -172,7 +173,7 @@ def ssp_container(case: Case, subjects: Subjects, folder: Path) -> Result:
 
 def validated(case: Case, subjects: Subjects, folder: Path) -> Result:
     """What validators say about the files; nothing is run."""
-    work = {"fmu": str(subjects.friction(case.model, case.fmi)), "validator": case.client}
+    work: Job = {"fmu": str(subjects.friction(case.model, case.fmi)), "validator": case.client}
     outcome = run_child("validators", work, folder)
     if outcome.result is None:
         return Result("refused", seen=outcome.seen)

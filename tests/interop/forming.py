@@ -13,6 +13,7 @@ from friction_models.loads import FloatArray
 from orchestrator import Master, System
 from orchestrator.cosim.ready_made import STEP, extrusion_system
 
+from .children.common import Job
 from .ecos_command import run_ecos
 from .running import Outcome, run_child, version
 from .subjects import Subjects
@@ -66,7 +67,7 @@ class Extrusion:
             place.mkdir()
             outcome = run_ecos(self.ssp, ["forming::force"], place, self.step, INCREMENTS)
         else:
-            work = {
+            work: Job = {
                 "ssp": str(self.ssp),
                 "fmus": self.fmus,
                 "outputs": ["forming.force"],

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from friction_models.loads import LOAD_NAMES, FloatArray
 from orchestrator import Master, System
 
+from .children.common import Found, Job
 from .running import run_child, version
 from .subjects import STEP, STEPS, Subjects
 
@@ -58,8 +58,8 @@ def seconds_a_step(subjects: Subjects, client: str, folder: Path, steps: int) ->
     return master.course.loop_seconds / steps
 
 
-def _run(subjects: Subjects, client: str, folder: Path, fmi: str, timed: int) -> dict[str, Any]:
-    work = {
+def _run(subjects: Subjects, client: str, folder: Path, fmi: str, timed: int) -> Found:
+    work: Job = {
         "fmus": {"slider": str(subjects.slider()), "friction": str(subjects.friction("memory", fmi))},
         "connections": [
             *((f"slider.{name}", f"friction.{name}") for name in LOAD_NAMES),

@@ -10,8 +10,8 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from .children.common import Found, Job
 from .programs import PROGRAMS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,15 +22,15 @@ SECONDS = 120
 class Outcome:
     """What a child process brought: a result, or what was seen instead."""
 
-    result: dict[str, Any] | None
+    result: Found | None
     seen: str = ""
 
 
-def run_child(client: str, job: dict[str, Any], folder: Path) -> Outcome:
+def run_child(client: str, job: Job, folder: Path) -> Outcome:
     """Run a script of `tests.interop.children`."""
     folder.mkdir(parents=True, exist_ok=True)
     given, found = folder / "job.json", folder / "result.json"
-    given.write_text(json.dumps(job | {"folder": str(folder)}), encoding="utf-8")
+    given.write_text(json.dumps({**job, "folder": str(folder)}), encoding="utf-8")
     found.unlink(missing_ok=True)
     command = [sys.executable, "-m", f"tests.interop.children.{client}", str(given), str(found)]
     # What a client leaves behind when it crashes stays in the folder.

@@ -8,16 +8,48 @@ import sys
 import xml.etree.ElementTree as ElementTree
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 
-def job() -> dict[str, Any]:
-    """Return the job: ``fmu`` or ``ssp``, ``inputs``, ``outputs`` (names), ``series`` (a row a step), ``step`` [s]."""
+class Job(TypedDict, total=False):
+    """What a script is to do: one FMU, FMUs by their names, or an SSP; ``series`` has a row of the inputs a step of ``step`` [s].
+
+    Each script reads what it needs. Before the time of ``timed`` steps is taken, it makes ``steps``; ``n`` are contact points.
+    """
+
+    fmu: str
+    fmus: dict[str, str]
+    connections: list[tuple[str, str]]
+    ssp: str
+    inputs: list[str]
+    outputs: list[str]
+    series: list[list[float]]
+    step: float
+    steps: int
+    timed: int
+    n: int
+    description: str
+    fmi: str
+    validator: str
+    folder: str
+
+
+class Found(TypedDict, total=False):
+    """What came out: the outputs, a row a step (of a validator its sentences), and what else was asked for."""
+
+    values: list[Any]
+    slopes: list[list[float]]
+    times: list[float]
+    seconds: float
+
+
+def job() -> Job:
+    """Return the job."""
     with contextlib.suppress(ImportError):  # clients that crash write no core files
         import resource
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    read: dict[str, Any] = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    read: Job = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     return read
 
 
