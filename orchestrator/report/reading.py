@@ -7,7 +7,7 @@ their text is escaped again, figures are parsed as JSON, and everything else is 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -109,6 +109,15 @@ def read_page(file: Path) -> ReadPage:
     return reader.page
 
 
+@dataclass
+class _Begun:
+    """A figure whose end was not read yet; what is drawn stands in a script of its own."""
+
+    description: str = ""
+    caption: str = ""
+    drawn: ReadFigure | None = None
+
+
 class _Reader(HTMLParser):
     """Takes a page apart as it is parsed."""
 
@@ -120,7 +129,7 @@ class _Reader(HTMLParser):
         self._into: str | None = None  # title, lead, heading, caption, script: where text goes
         self._caught: list[str] = []
         self._dropping = 0
-        self._figure: dict[str, Any] | None = None
+        self._figure: _Begun | None = None
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         given = dict(attrs)
@@ -136,9 +145,9 @@ class _Reader(HTMLParser):
             self.page.sections.append(ReadSection(given.get("id") or "", ""))
         elif tag == "figure":
             self.flush()
-            self._figure = {"description": "", "caption": "", "found": None}
+            self._figure = _Begun()
         elif self._figure is not None and tag == "div":
-            self._figure["description"] = self._figure["description"] or given.get("aria-label") or ""
+            self._figure.description = self._figure.description or given.get("aria-label") or ""
         elif tag in {"h1", "h2", "figcaption"} or (tag == "p" and kind == "lead"):
             self.flush()
             self._catch({"h1": "title", "h2": "heading", "figcaption": "caption"}.get(tag, "lead"))
@@ -204,20 +213,18 @@ class _Reader(HTMLParser):
         elif what == "heading" and self.page.sections:
             self.page.sections[-1].heading = text
         elif what == "caption" and self._figure is not None:
-            self._figure["caption"] = text
+            self._figure.caption = text
 
     def _figure_of(self, script: str) -> None:
         if self._figure is not None:
-            self._figure["found"] = _arguments(script)
+            self._figure.drawn = _drawn(script)
 
     def _close_figure(self) -> None:
         figure, self._figure = self._figure, None
-        if figure is None or figure["found"] is None or not self.page.sections:
+        if figure is None or figure.drawn is None or not self.page.sections:
             return
-        name, data, layout = figure["found"]
-        self.page.sections[-1].parts.append(
-            ReadFigure(name, data, layout, figure["caption"], figure["description"])
-        )
+        whole = replace(figure.drawn, caption=figure.caption, description=figure.description)
+        self.page.sections[-1].parts.append(whole)
 
     def flush(self) -> None:
         """Close what is open and keep what was written as a part of the section."""
@@ -230,8 +237,8 @@ class _Reader(HTMLParser):
             self.page.sections[-1].parts.append(text)
 
 
-def _arguments(script: str) -> tuple[str, list[Any], dict[str, Any]] | None:
-    """Return name, data and layout from the call that draws a chart; None where it is none of ours."""
+def _drawn(script: str) -> ReadFigure | None:
+    """Return the figure of the call that draws a chart, without words; None where it is none of ours."""
     at = script.find(_CALL)
     if at < 0:
         return None
@@ -248,4 +255,4 @@ def _arguments(script: str) -> tuple[str, list[Any], dict[str, Any]] | None:
     name, data, layout = found
     if not (isinstance(name, str) and isinstance(data, list) and isinstance(layout, dict)):
         return None
-    return name.removeprefix("chart-"), data, layout
+    return ReadFigure(name.removeprefix("chart-"), data, layout, "", "")
