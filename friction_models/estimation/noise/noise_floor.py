@@ -177,7 +177,7 @@ class Whitener:
         S = layout.covariance(
             np.hypot(floor.test, tiny), floor.drift, floor.drift_length, np.hypot(floor.bin_sensor, tiny)
         )
-        self.inverse = inverse_of_roots(np.linalg.cholesky(S))
+        self.inverse = inverse_of_roots(np.asarray(np.linalg.cholesky(S)))
 
     def isolation(self, residual: FloatArray) -> FloatArray:
         """Return how far each bin lies off what the other bins of its test predict, in standard deviations."""
