@@ -174,7 +174,7 @@ def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, T
     return by_author, diagram
 
 
-def measure(folder: Path, campaigns: int = 200) -> Section:
+def measure(folder: Path, campaigns: int = 150) -> Section:
     """Return the section on the confidence: campaigns that it was not fitted to, by three authors."""
     own = answers(folder, range(JUDGED_FROM, JUDGED_FROM + campaigns))
     others = rows_of_others(folder, apart=True)
