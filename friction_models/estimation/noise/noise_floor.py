@@ -223,7 +223,10 @@ def estimate(
 
     index = np.arange(layout.shape[1])
     both = np.where(layout.present[:, :, None] & layout.present[:, None, :], 1.0, 0.0)
-    gaps = layout.gaps / max(length, 1e-9)
+    gaps = both * layout.gaps / max(length, 1e-9)
+    apart = np.where(both > 0.0, gaps, np.inf)
+    # New memory for large arrays takes longer than what is computed in them.
+    slow, S, whitening, P = (np.zeros_like(both) for _ in range(4))
 
     def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
         """Return minus the restricted log-likelihood and its gradient."""
@@ -232,16 +235,19 @@ def estimate(
             s_b = 1e-4 * scale
         if not many:
             s_d = 0.0
-        slow = s_d**2 * np.exp(-gaps / relative) * both
-        S = s_b**2 * both + slow
+        np.multiply(apart, -1.0 / relative, out=slow)
+        np.exp(slow, out=slow)
+        np.multiply(slow, s_d**2, out=slow)
+        np.multiply(both, s_b**2, out=S)
+        np.add(S, slow, out=S)
         diagonal = np.where(layout.present, s_w**2 * layout.weight, 1.0)
         S[:, index, index] += diagonal
         nothing = np.zeros(4)
         try:
             root = np.linalg.cholesky(S)
-            whitening = inverse_of_roots(root)
-            inverse = np.swapaxes(whitening, 1, 2) @ whitening
-            solved = inverse @ stacked
+            inverse_of_roots(root, whitening)
+            np.matmul(np.swapaxes(whitening, 1, 2), whitening, out=P)
+            solved = P @ stacked
             gram = np.tensordot(stacked, solved, ((0, 1), (0, 1)))
             inner = np.linalg.cholesky(gram[1:, 1:])
         except np.linalg.LinAlgError:
@@ -256,14 +262,16 @@ def estimate(
         # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
         towards = solved[:, :, 1:]
         left = solved[:, :, 0] - towards @ along
-        P = inverse - (towards @ covariance) @ np.swapaxes(towards, 1, 2)
-        P -= left[:, :, None] * left[:, None, :]
+        by_mean = np.concatenate([towards @ covariance, left[:, :, None]], axis=2)
+        np.matmul(by_mean, np.swapaxes(np.concatenate([towards, left[:, :, None]], axis=2), 1, 2), out=S)
+        np.subtract(P, S, out=P)
+        np.multiply(slow, gaps, out=S)
         by_slow = float(np.vdot(P, slow))
         gradient = np.array(
             [
                 s_b**2 * float(np.vdot(P, both)) if known else 0.0,
                 by_slow,
-                0.5 * float(np.vdot(P, slow * gaps)) / relative + 0.1 * ratio,
+                0.5 * float(np.vdot(P, S)) / relative + 0.1 * ratio,
                 float(np.sum(np.einsum("tii->ti", P) * np.where(layout.present, diagonal, 0.0))),
             ]
         )
@@ -300,10 +308,11 @@ def estimate(
     return replace(floor, interval=_interval(floor, tests, mean.shape[1]))
 
 
-def inverse_of_roots(roots: FloatArray) -> FloatArray:
+def inverse_of_roots(roots: FloatArray, out: FloatArray | None = None) -> FloatArray:
     """Return the inverses of lower triangular matrices, shape (tests, slots, slots), halving them until they are small.
 
-    For stacks of them this takes a third of the time of `numpy.linalg.inv`, which knows nothing of triangles.
+    For stacks of them this takes a third of the time of `numpy.linalg.inv`, which knows nothing of triangles. They are written to
+    the lower triangles of `out`, if it is given.
 
     Examples
     --------
@@ -312,7 +321,7 @@ def inverse_of_roots(roots: FloatArray) -> FloatArray:
             [-0.125,  0.25 ]]])
     """
     size = roots.shape[1]
-    found = np.zeros_like(roots)
+    found = np.zeros_like(roots) if out is None else out
     if size <= SMALL:
         for k in range(size):
             own = 1.0 / roots[:, k, k]
@@ -321,8 +330,8 @@ def inverse_of_roots(roots: FloatArray) -> FloatArray:
                 found[:, k, :k] = -own[:, None] * (roots[:, k : k + 1, :k] @ found[:, :k, :k])[:, 0]
         return found
     half = size // 2
-    upper, lower = inverse_of_roots(roots[:, :half, :half]), inverse_of_roots(roots[:, half:, half:])
-    found[:, :half, :half], found[:, half:, half:] = upper, lower
+    upper = inverse_of_roots(roots[:, :half, :half], found[:, :half, :half])
+    lower = inverse_of_roots(roots[:, half:, half:], found[:, half:, half:])
     found[:, half:, :half] = -lower @ (roots[:, half:, :half] @ upper)
     return found
 
