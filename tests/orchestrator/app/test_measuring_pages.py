@@ -89,6 +89,26 @@ def test_from_a_dropped_table_to_a_data_set(tmp_path: Path, monkeypatch: pytest.
     assert len(points) == 20 and set(points["v_rel"]) == {1000.0, 2000.0, 3000.0}
 
 
+def test_a_data_set_of_others_is_brought_with_its_test_table(tmp_path: Path) -> None:
+    project = Project.open(tmp_path / "new")
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements")
+        text = "test_id,v_rel,mu\n" + "".join(f"t{k},{k},0.1\n" for k in range(9))
+        table = "test_id,batch\n" + "".join(f"t{k},b{k % 2}\n" for k in range(9))
+        await upload(user).handle_uploads([file("points.csv", text), file("tests.csv", table)])
+        await until(lambda: (project.root / "raw/points/tests.csv").is_file())
+        await user.open("/measurements?raw=points")
+        await until(lambda: "9 tests, 9 points" in shown(user))
+        await user.should_see("1 file (1 CSV)")
+        await user.should_see("batch taken for the tests of the same name")
+        user.find("Make the data set").click()
+        await until(lambda: bool(waiting(worker)))
+        assert "tribofmu points raw/points/points.csv --map" in waiting(worker)[0]
+
+    look(project, test)
+
+
 def test_records_are_mapped_with_units_phases_and_zero_readings(tmp_path: Path) -> None:
     project = Project.open(tmp_path / "new")
     (project.root / "raw/rig").mkdir()
