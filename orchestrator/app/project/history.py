@@ -99,22 +99,31 @@ class Story:
         >>> Story.of([*lines, {"event": "accepted"}, {"event": "taken back"}]).model
         'linear'
         """
-        story = cls()
+        return cls.loops(lines)[-1]
+
+    @classmethod
+    def loops(cls, lines: list[dict[str, Any]]) -> list[Story]:
+        """Return where each loop stands, or stood when the next data set or model was chosen; the last is the one in hand."""
+        found = [cls()]
         for line in lines:
-            event = line["event"]
-            if event == CHOSEN:
-                story = cls(str(line.get("data", "")), [Round(str(line.get("model", "")))])
-            elif event == ENDED and line.get("code") == 0 and isinstance(line.get("round"), Mapping):
-                story.candidate = _round(line["round"])
-            elif event == ACCEPTED and story.candidate is not None:
-                story.rounds.append(story.candidate)
-                story.candidate = None
-            elif event == TAKEN_BACK:
-                if story.candidate is not None:
-                    story.candidate = None
-                elif len(story.rounds) > 1:
-                    story.rounds.pop()
-        return story
+            if line["event"] == CHOSEN:
+                found.append(cls(str(line.get("data", "")), [Round(str(line.get("model", "")))]))
+            else:
+                found[-1]._go_on(line)
+        return found
+
+    def _go_on(self, line: Mapping[str, Any]) -> None:
+        event = line["event"]
+        if event == ENDED and line.get("code") == 0 and isinstance(line.get("round"), Mapping):
+            self.candidate = _round(line["round"])
+        elif event == ACCEPTED and self.candidate is not None:
+            self.rounds.append(self.candidate)
+            self.candidate = None
+        elif event == TAKEN_BACK:
+            if self.candidate is not None:
+                self.candidate = None
+            elif len(self.rounds) > 1:
+                self.rounds.pop()
 
 
 def _round(entry: Mapping[str, Any]) -> Round:

@@ -165,7 +165,8 @@ def test_a_model_has_one_colour_in_all_pictures(tmp_path: Path) -> None:
     seen: dict[str, set[str]] = {}
     for anchor, style in (("response", "line"), ("tests", "marker")):
         section = page.section(anchor)
-        assert section is not None and (found := section.figure()) is not None
+        found = section.figure() if section is not None else None
+        assert found is not None
         for trace in found.data:
             if trace.get("name") in c.models:
                 seen.setdefault(trace["name"], set()).add(trace[style]["color"])
