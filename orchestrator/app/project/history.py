@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -49,6 +50,27 @@ def read(file: Path) -> list[dict[str, Any]]:
             continue
         if isinstance(entry, dict) and isinstance(entry.get("event"), str):
             found.append(entry)
+    return found
+
+
+def learnt_from(lines: list[dict[str, Any]]) -> dict[str, str]:
+    """Return for each model which data set it was fitted to, as far as the history tells.
+
+    Examples
+    --------
+    >>> learnt_from([{"event": "ended", "code": 0, "command": "tribofmu train linear --data data/oil -o models/linear"}])
+    {'models/linear': 'data/oil'}
+    """
+    found = {}
+    for line in lines:
+        if line["event"] != ENDED or line.get("code") != 0:
+            continue
+        try:
+            words = shlex.split(str(line.get("command", "")))
+        except ValueError:
+            continue
+        if words[1:2] in (["train"], ["refine"]) and {"--data", "-o"} <= {*words[2:-1]}:
+            found[words[words.index("-o") + 1]] = words[words.index("--data") + 1]
     return found
 
 
