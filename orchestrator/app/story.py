@@ -160,8 +160,8 @@ class _Teller:
                 took = f" in {line['seconds']} s" if isinstance(line.get("seconds"), int | float) else ""
                 rows.append((time, shown(line.get("command", ""), 2000), f"{said}{took}"))
             else:
-                what = line.get("model") or line.get("data") or ""
-                rows.append((time, f"{shown(line['event'], 40)} {shown(what, 200)}".strip(), ""))
+                what = shown(history.about(line), 200)
+                rows.append((time, f"{shown(line['event'], 40)} {what}".strip(), ""))
         return rows
 
 

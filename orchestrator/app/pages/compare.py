@@ -86,9 +86,8 @@ def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
             ui.label("Choose at least one model.").classes("soft")
             return
         for model in (m for m in chosen if m in foreign):
-            learnt_from = commands.short(learnt[model])
             say(
-                f"{names[model]} was fitted to {learnt_from}: what it misses here is not what its family misses.",
+                f"{names[model]} was fitted to {commands.short(learnt[model])}, not to these measurements.",
                 "soft",
             )
         command = commands.models.compare(data, chosen)

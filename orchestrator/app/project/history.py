@@ -53,6 +53,19 @@ def read(file: Path) -> list[dict[str, Any]]:
     return found
 
 
+def about(line: Mapping[str, Any]) -> str:
+    """Return what a line of the history is about: its command, or what was decided on.
+
+    Examples
+    --------
+    >>> about({"event": "chosen", "data": "data/oil", "model": "linear"}), about({"event": "saved", "file": "raw/oil/points.yaml"})
+    ('linear on data/oil', 'raw/oil/points.yaml')
+    """
+    if line.get("model") and line.get("data"):
+        return f"{line['model']} on {line['data']}"
+    return str(line.get("command") or line.get("model") or line.get("data") or line.get("file") or "")
+
+
 def learnt_from(lines: list[dict[str, Any]]) -> dict[str, str]:
     """Return for each model which data set it was fitted to, as far as the history tells.
 

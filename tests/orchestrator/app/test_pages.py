@@ -171,7 +171,10 @@ def test_a_comparison_and_the_measurements(loop: Project) -> None:
         history.add(loop.root / HISTORY, history.SAVED, file="raw/oil/points.yaml")
         await user.open("/reports")
         await user.should_see("refined sct linear stribeck")
-        assert "raw/oil/points.yaml" in shown(user)
+        said = shown(user)
+        # What came last stands first, and the words say so.
+        assert "the newest first" in said and "from the last line up" in said
+        assert 0 < said.index("raw/oil/points.yaml") < said.index("linear on data/sct")
 
     look(loop, test)
 

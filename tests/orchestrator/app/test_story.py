@@ -73,6 +73,7 @@ def test_it_tells_what_was_measured_missed_added_compared_and_packed(told: Proje
     answer = json.loads((told.root / "reports/comparison-sct.json").read_text())["models"]["0.08"]
     low, high = answer["mae_interval"]
     assert f"{answer['mae']:.4f} [{low:.4f}, {high:.4f}]" in text
+    assert "chosen linear on data/sct" in text
     assert re.search(r"constant\.fmu\s+\d+\s+passed", text) and "tribofmu check fmus/constant.fmu" in text
     staircase = next(p for s in page.sections if s.anchor == "rounds" for p in s.parts if isinstance(p, ReadFigure))  # fmt: skip
     assert list(staircase.data[0]["y"]) == [0.0068, 0.0044]
