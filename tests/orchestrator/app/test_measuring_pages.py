@@ -211,6 +211,11 @@ def test_roles_that_leave_nothing_to_learn_from_are_told(tmp_path: Path) -> None
             user.find("Set").click()
             await until(lambda told=told: ("No test has the role train" in shown(user)) == told)  # type: ignore[misc]
         assert "Not saved yet" in shown(user)
+        for table, told in (("a,test\nb,\n", True), ("a,test\nb,train\n", False)):
+            (project.root / "data/oil/tests.csv").write_text(f"test_id,role\n{table}")
+            await user.open("/measurements")
+            assert ("no test has the role train" in shown(user)) == told
+        assert "1 test, 1 train" in shown(user)
 
     look(project, test)
 

@@ -102,6 +102,7 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> dict[str, Any] | s
     except InputError as error:
         return str(error)
     points = found.points
+    idle: list[str] = []
     rows = [
         ("tests", points["test_id"].nunique()),
         ("points", len(points)),
@@ -112,8 +113,10 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> dict[str, Any] | s
         ),
     ]
     if found.tests is not None and "role" in found.tests.columns:
-        roles = found.tests["role"].astype(str).value_counts()
+        roles = found.tests["role"].fillna("without").astype(str).value_counts()
         rows.insert(1, ("roles", ", ".join(f"{count} {role}" for role, count in roles.items())))
+        if "train" not in roles:
+            idle = ["no test has the role train: models have nothing to learn from (edit the test table)"]
     lacking = not_measured(points.columns)
-    notes = [*([f"not measured: {', '.join(lacking)}"] if lacking else []), *found.notes]
+    notes = [*idle, *([f"not measured: {', '.join(lacking)}"] if lacking else []), *found.notes]
     return {"rows": rows, "notes": notes, "synthetic": found.synthetic}
