@@ -109,6 +109,24 @@ def test_a_data_set_of_others_is_brought_with_its_test_table(tmp_path: Path) -> 
     look(project, test)
 
 
+def test_the_picture_of_many_short_tests_shows_them_all_along(tmp_path: Path) -> None:
+    project = Project.open(tmp_path / "new")
+    (project.root / "raw/rig").mkdir()
+    rows = [f"t{k},{s},{10 + s},0.{50 + s}" for k in range(60) for s in range(25)]
+    (project.root / "raw/rig/rig.csv").write_text("test_id,sd,v_rel,mu\n" + "\n".join(rows) + "\n")
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements?raw=rig")
+        await until(lambda: "60 tests, 1500 points" in shown(user))
+        # Which points are drawn does not depend on where they stand in their test.
+        drawn = numbers(figures(user)[1]["data"][0]["y"])
+        assert len(drawn) <= 600
+        assert np.bincount(drawn.astype(int)).min() > 10
+        assert "First file, 1500 rows, thinned to 600." in shown(user)
+
+    look(project, test)
+
+
 def test_records_are_mapped_with_units_phases_and_zero_readings(tmp_path: Path) -> None:
     project = Project.open(tmp_path / "new")
     (project.root / "raw/rig").mkdir()
