@@ -27,7 +27,7 @@ def data_set(view: View, name: str) -> None:
         with ui.element("section").classes("panel"):
             heading(f"Data set {place}")
             say(
-                "Made of these files. Split it into tests to learn from and tests held out, or ask at once.",
+                "Made of these files. Ask at once, or first say in the test table which tests are held out (column role).",
                 "soft",
             )
             with ui.element("div").classes("buttons"):
