@@ -215,7 +215,7 @@ def _kept(table: RawTable, mapping: PointMap) -> tuple[np.ndarray, list[str]]:
         kept &= values <= (np.inf if high is None else high)
     left_out = int((~kept).sum())
     return kept, [
-        f"{left_out} of {len(kept)} rows lie outside of {', '.join(mapping.only)} and are left out"
+        f"left out, outside of the limits of {', '.join(mapping.only)}: {left_out} of {counted(len(kept), 'row')}"
     ] if left_out else []
 
 
