@@ -93,7 +93,7 @@ def _pack(view: View, models: list[str], model: str) -> None:
                 "without one: that of this machine"
             )
             named = ui.input("Name inside the FMU", value=options.name)
-            named.props("outlined dense").classes("choice").props["hint"] = "without one: made of the model"
+            named.props("outlined dense").classes("choice").props["hint"] = "without one: from the model"
             named.on_value_change(lambda e: changed("name", str(e.value or "").strip()))
         for name, words in SWITCHES.items():
             ui.checkbox(

@@ -142,7 +142,8 @@ class Story:
         found = [cls()]
         for line in lines:
             if line["event"] == CHOSEN:
-                found.append(cls(str(line.get("data", "")), [Round(str(line.get("model", "")))]))
+                data, model = str(line.get("data", "")), str(line.get("model", ""))
+                found.append(cls(data, _way_to(model, [s for s in found if s.data == data])))
             else:
                 found[-1]._go_on(line)
         return found
@@ -159,6 +160,15 @@ class Story:
                 self.candidate = None
             elif len(self.rounds) > 1:
                 self.rounds.pop()
+
+
+def _way_to(model: str, loops: list[Story]) -> list[Round]:
+    """Return the rounds that led to a model in the last of the loops that came by it; the model alone where none did."""
+    for loop in loops[::-1]:
+        for number, each in enumerate(loop.rounds):
+            if number and each.model == model:
+                return loop.rounds[: number + 1]
+    return [Round(model)]
 
 
 def _round(entry: Mapping[str, Any]) -> Round:
