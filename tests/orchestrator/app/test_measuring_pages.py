@@ -65,6 +65,9 @@ def test_from_a_dropped_table_to_a_data_set(tmp_path: Path, monkeypatch: pytest.
         assert [f.value for f in sorted(is_, key=lambda f: f.id)] == ["test_id", "v_rel", "", "sigma_n", "mu"]
         # Two pictures: mu over the loads, and every column in the units of the contract.
         assert len(figures(user)) == 2
+        # An example stands below its field, where nobody takes it for a value.
+        shared = fields(user, ui.input, "what all tests share")[0]
+        assert shared.value == "" and shared.props["hint"] == "such as lubricant=MoS2; bore=15.5"
         low = fields(user, ui.number, "rows from")
         low[1].set_value(10.5)
         await until(lambda: "20 tests, 20 points" in shown(user))
