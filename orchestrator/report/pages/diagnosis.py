@@ -97,7 +97,7 @@ def confirmed_addition(model: Any, data: DataSet, effects: list[str]) -> Additio
         return None
     if not history:
         return None
-    found = history[-1].copy()
+    found: Addition = history[-1].copy()
     if step > 1:
         found["judged_by"] += f" on one point in {step}, for the sake of time"
     return found
