@@ -237,6 +237,8 @@ def test_roles_that_leave_nothing_to_learn_from_are_told(tmp_path: Path) -> None
             await user.open("/measurements")
             assert ("no test has the role train" in shown(user)) == told
         assert "1 test, 1 train" in shown(user)
+        # Letters of this project are said in words.
+        assert "psi (local surface expansion dA/dA0)" in shown(user)
 
     look(project, test)
 

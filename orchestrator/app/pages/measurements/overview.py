@@ -95,7 +95,7 @@ def _look(path: Path) -> dict[str, Any] | str:
 def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> dict[str, Any] | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
     from friction_models.loads import LOAD_NAMES, not_measured
-    from friction_models.loads.contract import with_unit
+    from friction_models.loads.contract import QUANTITIES, with_unit
 
     try:
         found = loaded(path)
@@ -117,6 +117,6 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> dict[str, Any] | s
         rows.insert(1, ("roles", ", ".join(f"{count} {role}" for role, count in roles.items())))
         if "train" not in roles:
             idle = ["no test has the role train: models have nothing to learn from (edit the test table)"]
-    lacking = not_measured(points.columns)
+    lacking = [f"{n} ({QUANTITIES[n].meaning.partition(',')[0]})" for n in not_measured(points.columns)]
     notes = [*idle, *([f"not measured: {', '.join(lacking)}"] if lacking else []), *found.notes]
     return {"rows": rows, "notes": notes, "synthetic": found.synthetic}
