@@ -13,7 +13,7 @@ from friction_models.common.errors import shown
 from friction_models.common.files import read_json
 from friction_models.loads.contract import with_unit
 
-from ..report.pages.story import Chapter, Measurements, Packed, ProjectStory
+from ..report.pages.story import Chapter, Loop, Measurements, Packed, ProjectStory
 from ..report.reading import read_page
 from .commands import short
 from .commands.models import diagnosis_files
@@ -51,13 +51,12 @@ class _Teller:
 
     def told(self) -> ProjectStory:
         reports = sorted(self.project.reports(), key=lambda p: p.name)
-        story = Story.of(self.lines)
+        loops = _loops(self.lines)
         return ProjectStory(
             self.project.title,
             self._each(self.project.data_sets(), self._measured),
-            self._diagnoses(story, reports),
-            rounds := self._rounds(story),
-            self._floor(story) if rounds else None,
+            self._diagnoses(loops, reports),
+            [loop for loop in map(self._loop, loops) if loop.rounds],
             self._chapters(reports, "comparison-", "On", _COMPARISON),
             self._each(self.project.fmus(), self._packed),
             [
@@ -95,9 +94,9 @@ class _Teller:
         notes = [f"not measured: {', '.join(lacking)}"] if lacking else []
         return Measurements(short(self.project.relative(path)), rows, [*notes, *data.notes], data.synthetic)
 
-    def _diagnoses(self, story: Story, reports: list[Path]) -> list[Chapter]:
-        """Return the answers about the models of the story, in their order; without a story all that there are."""
-        told = [diagnosis_files(story.data, r.model)[1] for r in story.rounds] if story.data else []
+    def _diagnoses(self, loops: list[Story], reports: list[Path]) -> list[Chapter]:
+        """Return the answers about the models of the loops, in their order; without a loop all that there are."""
+        told = [diagnosis_files(loop.data, r.model)[1] for loop in loops for r in loop.rounds]
         files = [p for name in told for p in reports if self.project.relative(p) == name]
         files = files or [p for p in reports if p.name.startswith("diagnosis-")]
         return self._each(
@@ -111,6 +110,10 @@ class _Teller:
         return self._each(
             files, lambda p: Chapter(f"{words} {p.stem.removeprefix(prefix)}", read_page(p), sections)
         )
+
+    def _loop(self, story: Story) -> Loop:
+        rounds = self._rounds(story)
+        return Loop(short(story.data), rounds, self._floor(story) if rounds else None)
 
     def _rounds(self, story: Story) -> list[Mapping[str, Any]]:
         """Return the errors round by round, which the card of the model in hand keeps."""
@@ -157,9 +160,17 @@ class _Teller:
                 took = f" in {line['seconds']} s" if isinstance(line.get("seconds"), int | float) else ""
                 rows.append((time, shown(line.get("command", ""), 2000), f"{said}{took}"))
             else:
-                what = line.get("model") or line.get("data") or ""
-                rows.append((time, f"{shown(line['event'], 40)} {shown(what, 200)}".strip(), ""))
+                what = shown(history.about(line), 200)
+                rows.append((time, f"{shown(line['event'], 40)} {what}".strip(), ""))
         return rows
+
+
+def _loops(lines: list[dict[str, Any]]) -> list[Story]:
+    """Return for each data set the last loop that led to an addition, and the one in hand."""
+    found = [loop for loop in Story.loops(lines) if loop.data]
+    kept = {loop.data: loop for loop in found if len(loop.rounds) > 1}
+    last = found[-1] if found else None
+    return [loop for loop in found if loop is kept.get(loop.data) or (loop is last and loop.data not in kept)]
 
 
 def _is_round(entry: object) -> bool:

@@ -51,6 +51,11 @@ def passed_over(source: Source) -> list[LeftOut]:
     ]
 
 
+def is_test_table(file: Path) -> bool:
+    """Whether a file is called as a test table beside measurement files."""
+    return file.name in _TESTS
+
+
 def tests_beside(folder: Path) -> Path | None:
     """Return the test table of a folder, None without one. Raises InputError: there are two."""
     found = [folder / name for name in _TESTS if (folder / name).is_file()]

@@ -18,11 +18,13 @@ from friction_models.common.units import conversion
 from friction_models.common.wording import counted
 from friction_models.loads import LOAD_NAMES, DataSet, missing_column
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
+from friction_models.loads.dataset import read_tests
+from friction_models.loads.earlier_tables import with_columns_of
 from friction_models.loads.points import check_points
 
 from ..readers import RawTable, read_file
 from ..records.cells import Cell
-from .measurement_files import Source, measurement_files, passed_over
+from .measurement_files import Source, is_test_table, measurement_files, passed_over, tests_beside
 from .point_map import PointColumn, PointMap, PointMapSource
 
 
@@ -61,7 +63,7 @@ def read_point_tables(
     ----------
     source
         A folder or single files, of any format that `ingest` reads. A file holds one test, or several with a column of
-        their names.
+        their names. A table `tests.csv` beside them adds what is known of each test.
     point_map
         Which columns are what; None for columns named as in the contract.
     synthetic : bool
@@ -114,6 +116,8 @@ def read_point_tables(
     points = check_points(pd.concat(frames, ignore_index=True), "points")
     table = pd.DataFrame([{"test_id": test, **row} for test, row in tests.items()])
     table = table[table["test_id"].isin(points.frame["test_id"].unique())].reset_index(drop=True)
+    table, more = _with_table_beside(table, source, files)
+    notes += more
     info = {"synthetic": synthetic, "files": [file.name for file in files]}
     return PointTables(DataSet(points.frame, table, info, points.notes), [*notes, *points.notes])
 
@@ -122,7 +126,29 @@ def point_files(source: Source) -> list[Path]:
     """Return the files; of a single folder also tables that are called as those of a data set."""
     if isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file():
         return [Path(source) / "points.csv"]
-    return measurement_files(source)[0]
+    files = measurement_files(source)[0]
+    return [file for file in files if not is_test_table(file)] or files
+
+
+def _with_table_beside(
+    tests: pd.DataFrame, source: Source, files: list[Path]
+) -> tuple[pd.DataFrame, list[str]]:
+    """Return the tests with the columns that only the test table beside the files has, and what there is to say."""
+    home = Path(source) if isinstance(source, str | os.PathLike) and Path(source).is_dir() else None
+    home = home or measurement_files(files)[1]
+    beside = None if home is None else tests_beside(home)
+    if beside is None or beside in files:
+        return tests, []
+    known = read_tests(beside)
+    tests, more = with_columns_of(tests, known)
+    unknown = int((~tests["test_id"].isin(known["test_id"])).sum())
+    idle = int((~known["test_id"].isin(tests["test_id"])).sum())
+    notes = [f"{beside.name}: {', '.join(more)} taken for the tests of the same name"] if more else []
+    notes += [f"{beside.name}: {counted(unknown, 'test')} of the points not in it"] if unknown else []
+    return tests, [
+        *notes,
+        *([f"{beside.name}: {counted(idle, 'test')} in it without points"] if idle else []),
+    ]
 
 
 def _one(
@@ -189,7 +215,7 @@ def _kept(table: RawTable, mapping: PointMap) -> tuple[np.ndarray, list[str]]:
         kept &= values <= (np.inf if high is None else high)
     left_out = int((~kept).sum())
     return kept, [
-        f"{left_out} of {len(kept)} rows lie outside of {', '.join(mapping.only)} and are left out"
+        f"left out, outside of the limits of {', '.join(mapping.only)}: {left_out} of {counted(len(kept), 'row')}"
     ] if left_out else []
 
 

@@ -147,6 +147,11 @@ def _table(lines: list[str], file: Path) -> _Block:
                 f"{file}: the first line names one column only; "
                 "allowed: columns separated by comma, semicolon or tab"
             )
+        if any(sum(map(is_numeral, cells(line, d))) > 1 for d in DELIMITERS for line in lines):
+            raise InputError(
+                f"{file}: no row holds more numbers than text (first line {first[:60]!r}); allowed: fewer columns of text than "
+                "of numbers; what is text in a table of points can stand in tests.csv beside it"
+            )
         raise InputError(
             f"{file}: no rows behind the header (first line {first[:60]!r}); allowed: rows of numbers below the names"
         )

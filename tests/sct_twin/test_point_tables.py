@@ -173,6 +173,34 @@ def test_a_table_read_again_keeps_what_was_said_of_its_tests(tmp_path: Path) -> 
     assert (data / "earlier" / "tests-002.csv").read_text() == said
 
 
+@pytest.mark.parametrize("given", ["folder", "one file", "both files"])
+def test_a_table_of_tests_beside_the_points_says_what_is_known_of_them(given: str, tmp_path: Path) -> None:
+    points, beside = tmp_path / "points.csv", tmp_path / "tests.csv"
+    points.write_text("test_id,v_rel,mu\na,1,0.1\na,2,0.1\nb,1,0.2\nd,1,0.3\n")
+    beside.write_text("test_id,batch,oil\nb,old,y\na,new,y\nc,old,y\n")
+    source = {"folder": tmp_path, "one file": points, "both files": [points, beside]}[given]
+    found = read_point_tables(source, {"metadata": {"oil": "x"}})
+    assert found.dataset.tests is not None
+    # What the map says of the tests counts.
+    assert found.dataset.tests.fillna("").to_dict("records") == [
+        {"test_id": "a", "oil": "x", "batch": "new"},
+        {"test_id": "b", "oil": "x", "batch": "old"},
+        {"test_id": "d", "oil": "x", "batch": ""},
+    ]
+    assert found.notes == [
+        "tests.csv: batch taken for the tests of the same name",
+        "tests.csv: 1 test of the points not in it",
+        "tests.csv: 1 test in it without points",
+    ]
+
+
+def test_a_table_of_points_may_be_called_as_one_of_tests(tmp_path: Path) -> None:
+    file = tmp_path / "tests.csv"
+    file.write_text("test_id,v_rel,mu\na,1,0.1\na,2,0.1\n")
+    for source in (file, [file]):
+        assert len(read_point_tables(source).dataset.points) == 2
+
+
 def test_a_role_that_is_none_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "tests.csv").write_text("test_id\na\n")
     assert run(["tests", str(tmp_path / "tests.csv"), "--set", "a:role=tset"]) == 2

@@ -206,6 +206,7 @@ SECOND = "a second table of numbers begins in line 128, the first stands in"
         (["F_n;F_r;Weg", *lines()], "line 1: the row of names has 3 cells, the rows of numbers have 4"),
         (["F;G;s;T", *lines(lambda v: "0.5" if v < 0 else german(v))], "'0.5' and '0,000' do not say"),
         (HEAD, "no rows behind the header"),
+        (["test,v,mu,oil", *(f"t{k},{k},0.1,x" for k in range(9))], "no row holds more numbers than text"),
         (["", ""], "the file is blank"),
     ],
 )

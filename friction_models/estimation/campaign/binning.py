@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from ...common import InputError
+from ...common.wording import counted
 from ...loads import (
     LOAD_NAMES,
     LOADS,
@@ -305,7 +306,7 @@ def _without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> Flo
     spike = distance > np.fmax(12.0 * noise[1:-1], max(SPIKE, STEPS * _resolution(mu)))
     if not spike.any():
         return mu
-    warnings.append(f"{int(spike.sum())} single points lie far off their neighbours and were left out")
+    warnings.append(f"left out, far off their neighbours: {counted(int(spike.sum()), 'single point')}")
     cleaned = mu.copy()
     cleaned[2:-2][spike] = middle[spike]
     return cleaned

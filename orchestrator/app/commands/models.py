@@ -57,9 +57,10 @@ def refine(data: str, model: str, effects: Sequence[str]) -> Command:
     )
 
 
-def train(data: str, family: str) -> Command:
-    """Train a model of a family."""
-    return Command(f"Train a {family} model", ("train", family, "--data", data, "-o", f"models/{family}"))
+def train(data: str, family: str, name: str = "") -> Command:
+    """Train a model of a family; `name` where it is not to be called as its family."""
+    out = f"models/{name or family}"
+    return Command(f"Train a {family} model", ("train", family, "--data", data, "-o", out))
 
 
 def comparison_points(data: str) -> str:

@@ -1,4 +1,4 @@
-"""Pictures of measurement files: every column over time, with the phases, thinned so that every peak stays."""
+"""Pictures of measurement files: every column over time, with the phases, thinned so that every peak of a record stays."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ _PHASES = (
 )
 
 
-def envelope(y: FloatArray, most: int = POINTS) -> np.ndarray:
-    """Return rows of a curve, at most `most`: the smallest and largest of each piece, so that no peak is lost.
+def envelope(y: FloatArray) -> np.ndarray:
+    """Return rows of a curve, at most `POINTS`: the smallest and largest of each piece, so that no peak is lost.
 
     Examples
     --------
@@ -45,15 +45,34 @@ def envelope(y: FloatArray, most: int = POINTS) -> np.ndarray:
     >>> len(rows) <= POINTS, float(y[rows].max())
     (True, 5.0)
     """
-    if len(y) <= most:
+    if len(y) <= POINTS:
         return np.arange(len(y))
-    size = -(-len(y) // (most // 2))
+    size = -(-len(y) // (POINTS // 2))
     whole = len(y) // size
     with np.errstate(invalid="ignore"):
         pieces = np.where(np.isfinite(y[: whole * size]), y[: whole * size], 0.0).reshape(whole, size)
     first = np.arange(whole) * size
     rows = np.concatenate([first + pieces.argmin(1), first + pieces.argmax(1), [len(y) - 1]])
-    return np.unique(rows)[:most]
+    return np.unique(rows)[:POINTS]
+
+
+def cloud(y: FloatArray) -> np.ndarray:
+    """Return rows of points that are not joined, at most `CLOUD`: drawn without order, with the smallest and the largest value.
+
+    The extremes of pieces, as of a curve, would show the ends of many short tests and nothing between them.
+
+    Examples
+    --------
+    >>> distance = np.tile(np.arange(20.0), 500)
+    >>> rows = cloud(distance)
+    >>> len(rows) <= CLOUD, set(distance[rows]) == set(range(20))
+    (True, True)
+    """
+    if len(y) <= CLOUD:
+        return np.arange(len(y))
+    known = np.where(np.isfinite(y), y, 0.0)
+    rows = np.random.default_rng(0).permutation(len(y))[: CLOUD - 2]
+    return np.unique([*rows, known.argmin(), known.argmax()])
 
 
 def preview_row(form: MapForm, table: RawTable) -> dict[str, object]:
@@ -86,7 +105,7 @@ def columns_figure(
     mode, size = ("lines", None) if form.records else ("markers", 3)
     for at, column in enumerate(shown):
         values = _values(column, table, form.records)
-        rows = envelope(values, POINTS if form.records else CLOUD)
+        rows = envelope(values) if form.records else cloud(values)
         color = AFTER if column.is_ else CONSTANT
         chart.scatter(at, time[rows], values[rows], hover="%{x:.4g}, %{y:.5g}<extra></extra>", mode=mode, line={"color": color, "width": 1.2}, marker_color=color, marker_size=size)  # fmt: skip
         for begin, end, shade in _PHASES if row is not None else ():
@@ -98,7 +117,8 @@ def columns_figure(
     height = 175 * -(-len(shown) // 3) + 40
     made = chart.dress(height, x=label)
     made.figure.update_annotations(font_size=12)
-    caption = f"First file, {len(table.frame)} rows."
+    thinned = "" if form.records or len(table.frame) <= CLOUD else f", thinned to {CLOUD}"
+    caption = f"First file, {len(table.frame)} rows{thinned}."
     if row is not None:
         caption += " Orange: upsetting; green: sliding."
     if len(form.columns) > len(shown) + 1:

@@ -7,9 +7,9 @@ import asyncio
 from nicegui import ui
 
 from .. import commands
-from ..project import Project
+from ..project import Project, history, name_of
 from .frame import page_head
-from .parts import action, badge, choice, empty, line, section, words
+from .parts import action, badge, choice, empty, line, say, section, words
 from .parts import button as press
 from .residuals import show_residuals
 from .view import View
@@ -38,17 +38,18 @@ async def show(view: View) -> None:
             ("Bring measurements", "/measurements"),
         )
         return
-    story = view.story()
+    data = _data(view)
+    learnt = history.learnt_from(view.lines())
     if not own:
         empty(
             "There is no model to compare yet",
             "Train one here, or add an effect to one under What is missing. Put FMUs of others into the folder fmus.",
             ("What is missing", "/"),
         )
-    _train(view, story.data)
+    _train(view, data, learnt, unfolded=not own)
     if own:
-        _ask(view, own, story.data)
-    page = await asyncio.to_thread(view.page, f"reports/comparison-{commands.short(story.data)}.html")
+        _ask(view, own, data, learnt)
+    page = await asyncio.to_thread(view.page, f"reports/comparison-{commands.short(data)}.html")
     if page is None:
         return
     with ui.element("section"):
@@ -57,19 +58,38 @@ async def show(view: View) -> None:
     for found in page.sections:
         section(found)
         if found.anchor == "errors":
-            await show_residuals(view, commands.models.comparison_points(story.data))
+            await show_residuals(view, commands.models.comparison_points(data))
 
 
-def _ask(view: View, own: list[str], data: str) -> None:
+def _data(view: View) -> str:
+    """Show on which measurements models are compared, where there are several, and return them."""
+    project = view.project
+    sets = {project.relative(p): commands.short(project.relative(p)) for p in project.data_sets()}
+    asked = view.query.get("data", "")
+    data = asked if asked in sets else view.story().data
+    if len(sets) > 1:
+        with ui.element("div").classes("choices"):
+            choice("Measurements", sets, data, lambda value: ui.navigate.to(f"/compare?data={value}"))
+    return data
+
+
+def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
     """Show the choice of models and the button, whose command line follows the choice."""
     names = {name: name.removeprefix("models/") for name in own} | {c: f"constant {c}" for c in CONSTANTS}
-    chosen = [*([m for m in own if m.startswith("models/")] or own)[-3:], CONSTANTS[1]]
+    foreign = {m for m in own if learnt.get(m, data) != data}
+    models = [m for m in own if m.startswith("models/")] or own
+    chosen = [*([m for m in models if m not in foreign] or models)[-3:], CONSTANTS[1]]
 
     @ui.refreshable
     def button() -> None:
         if not chosen:
             ui.label("Choose at least one model.").classes("soft")
             return
+        for model in (m for m in chosen if m in foreign):
+            say(
+                f"{names[model]} was fitted to {commands.short(learnt[model])}, not to these measurements.",
+                "soft",
+            )
         command = commands.models.compare(data, chosen)
         with ui.element("div").classes("action"):
             press(command.title, lambda: view.run(command), "first")
@@ -86,13 +106,18 @@ def _ask(view: View, own: list[str], data: str) -> None:
     button()
 
 
-def _train(view: View, data: str) -> None:
-    missing = [
-        f for f in ("linear", "polynomial", "power_law") if not (view.project.root / "models" / f).exists()
-    ]
-    if not missing:
+def _train(view: View, data: str, learnt: dict[str, str], unfolded: bool) -> None:
+    """Offer the families of which there is no model of these measurements."""
+    models = view.project.root / "models"
+    offers = []
+    for family in ("linear", "polynomial", "power_law"):
+        # A model of other measurements is not replaced.
+        taken = learnt.get(f"models/{family}", data) != data
+        name = name_of(f"{family}-{commands.short(data)}") if taken else family
+        if not (models / name).exists():
+            offers.append(commands.models.train(data, family, name))
+    if not offers:
         return
-    with ui.expansion("Train a model").classes("other"):
-        for family in missing:
-            command = commands.models.train(data, family)
+    with ui.expansion("Train a model", value=unfolded).classes("other"):
+        for command in offers:
             action(view, command, command.title)

@@ -89,15 +89,18 @@ def _pack(view: View, models: list[str], model: str) -> None:
         nodes.props("outlined dense").classes("choice")
         nodes.on_value_change(lambda e: changed("nodes", int(e.value or 1)))
     with ui.expansion("More options").classes("other"):
-        with ui.element("div").classes("choices"):
+        # Only some of them have a hint below.
+        with ui.element("div").classes("choices").style("align-items: flex-start"):
             choice("Runs as", TARGETS, options.target, partial(changed, "target"))
             names = choice(
-                "Platforms (none: this machine's)", {n: n for n in platform_names()}, list(options.platforms),
+                "Platforms", {n: n for n in platform_names()}, list(options.platforms),
                 lambda v: changed("platforms", tuple(v)), multiple=True,
             )  # fmt: skip
-            names.props("use-chips").style("min-width: 270px")
+            names.props("use-chips").style("min-width: 270px").props["hint"] = (
+                "without one: that of this machine"
+            )
             named = ui.input("Name inside the FMU", value=options.name)
-            named.props("outlined dense").classes("choice").props["hint"] = "made of the model without one"
+            named.props("outlined dense").classes("choice").props["hint"] = "without one: from the model"
             named.on_value_change(lambda e: changed("name", str(e.value or "").strip()))
         for name, words in SWITCHES.items():
             ui.checkbox(

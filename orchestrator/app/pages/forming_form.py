@@ -133,7 +133,7 @@ async def ask(view: View, form: FormState) -> None:
                 lambda v: _set(form, "models", list(v), update),
                 multiple=True,
             )
-            models.props("use-chips")
+            models.props("use-chips").classes("names")
         _text("Constant mu", form.constants, "several by commas", lambda v: _set(form, "constants", v, update))  # fmt: skip
         _text("Name of the results", form.name, f"without a name: {form.process}", lambda v: _set(form, "name", v, update))  # fmt: skip
     ui.checkbox(

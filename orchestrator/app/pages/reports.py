@@ -23,8 +23,8 @@ async def show(view: View) -> None:
     """Show the page."""
     page_head(
         "Reports and history",
-        "Each report is one file that works offline. The history holds every command; pasted into a shell in the project "
-        "folder, in this order, they give the same files.",
+        "Each report is one file that works offline. The history holds every command, the newest first; pasted into a shell "
+        "in the project folder from the last line up, they give the same files.",
     )
     reports = await asyncio.to_thread(view.project.reports)
     lines = await asyncio.to_thread(view.lines)
@@ -54,7 +54,7 @@ async def show(view: View) -> None:
         (
             str(line.get("time", ""))[:19].replace("T", " "),
             line["event"],
-            str(line.get("command") or line.get("model") or line.get("data") or line.get("file") or ""),
+            history.about(line),
             _outcome(line),
         )
         for line in _told(lines)[::-1][:_LINES]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -49,6 +50,40 @@ def read(file: Path) -> list[dict[str, object]]:
             continue
         if isinstance(entry, dict) and isinstance(entry.get("event"), str):
             found.append(entry)
+    return found
+
+
+def about(line: Mapping[str, object]) -> str:
+    """Return what a line of the history is about: its command, or what was decided on.
+
+    Examples
+    --------
+    >>> about({"event": "chosen", "data": "data/oil", "model": "linear"}), about({"event": "saved", "file": "raw/oil/points.yaml"})
+    ('linear on data/oil', 'raw/oil/points.yaml')
+    """
+    if line.get("model") and line.get("data"):
+        return f"{line['model']} on {line['data']}"
+    return str(line.get("command") or line.get("model") or line.get("data") or line.get("file") or "")
+
+
+def learnt_from(lines: Sequence[Mapping[str, object]]) -> dict[str, str]:
+    """Return for each model which data set it was fitted to, as far as the history tells.
+
+    Examples
+    --------
+    >>> learnt_from([{"event": "ended", "code": 0, "command": "tribofmu train linear --data data/oil -o models/linear"}])
+    {'models/linear': 'data/oil'}
+    """
+    found = {}
+    for line in lines:
+        if line["event"] != ENDED or line.get("code") != 0:
+            continue
+        try:
+            words = shlex.split(str(line.get("command", "")))
+        except ValueError:
+            continue
+        if words[1:2] in (["train"], ["refine"]) and {"--data", "-o"} <= {*words[2:-1]}:
+            found[words[words.index("-o") + 1]] = words[words.index("--data") + 1]
     return found
 
 
@@ -99,22 +134,41 @@ class Story:
         >>> Story.of([*lines, {"event": "accepted"}, {"event": "taken back"}]).model
         'linear'
         """
-        story = cls()
+        return cls.loops(lines)[-1]
+
+    @classmethod
+    def loops(cls, lines: Sequence[Mapping[str, object]]) -> list[Story]:
+        """Return where each loop stands, or stood when the next data set or model was chosen; the last is the one in hand."""
+        found = [cls()]
         for line in lines:
-            event, added = line["event"], line.get("round")
-            if event == CHOSEN:
-                story = cls(str(line.get("data", "")), [Round(str(line.get("model", "")))])
-            elif event == ENDED and line.get("code") == 0 and isinstance(added, Mapping):
-                story.candidate = _round(added)
-            elif event == ACCEPTED and story.candidate is not None:
-                story.rounds.append(story.candidate)
-                story.candidate = None
-            elif event == TAKEN_BACK:
-                if story.candidate is not None:
-                    story.candidate = None
-                elif len(story.rounds) > 1:
-                    story.rounds.pop()
-        return story
+            if line["event"] == CHOSEN:
+                data, model = str(line.get("data", "")), str(line.get("model", ""))
+                found.append(cls(data, _way_to(model, [s for s in found if s.data == data])))
+            else:
+                found[-1]._go_on(line)
+        return found
+
+    def _go_on(self, line: Mapping[str, object]) -> None:
+        event, added = line["event"], line.get("round")
+        if event == ENDED and line.get("code") == 0 and isinstance(added, Mapping):
+            self.candidate = _round(added)
+        elif event == ACCEPTED and self.candidate is not None:
+            self.rounds.append(self.candidate)
+            self.candidate = None
+        elif event == TAKEN_BACK:
+            if self.candidate is not None:
+                self.candidate = None
+            elif len(self.rounds) > 1:
+                self.rounds.pop()
+
+
+def _way_to(model: str, loops: list[Story]) -> list[Round]:
+    """Return the rounds that led to a model in the last of the loops that came by it; the model alone where none did."""
+    for loop in loops[::-1]:
+        for number, each in enumerate(loop.rounds):
+            if number and each.model == model:
+                return loop.rounds[: number + 1]
+    return [Round(model)]
 
 
 def _round(entry: Mapping[str, object]) -> Round:

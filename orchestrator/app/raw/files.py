@@ -13,7 +13,7 @@ from typing import Any
 
 from friction_models.common import InputError, write_text
 from friction_models.common.yaml_files import read_yaml
-from sct_twin.ingest.measurement_files import measurement_files
+from sct_twin.ingest.measurement_files import is_test_table, measurement_files
 from sct_twin.readers import SUFFIXES, RawTable, read_file
 
 from ..commands.measuring import CHANNEL_MAP, POINT_MAP
@@ -74,9 +74,10 @@ def raw_set(project: Project, name: str) -> RawSet:
             f for f in sorted(folder.iterdir())
             if f.is_file() and is_name(f.name) and f.suffix.lower() in SUFFIXES and f.resolve().is_relative_to(project.root)
         ]  # fmt: skip
-        listed = measurement_files(folder)[0] if any(f.name not in {"tests.csv"} for f in found) else []
+        listed = measurement_files(folder)[0] if not all(map(is_test_table, found)) else []
     except InputError:
-        listed = found
+        # Files that are called as those of a data set.
+        listed = [f for f in found if not is_test_table(f)]
     kept = [f for f in listed if f in found] or found
     first, problem = None, "there is no measurement file in it"
     for file in kept[:3]:

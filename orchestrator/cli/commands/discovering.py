@@ -22,6 +22,7 @@ from ..common.options import (
     Tests,
     any_model,
     given_names,
+    learning_part,
     read_data,
 )
 from .modelling import Interval, add_interval
@@ -71,7 +72,7 @@ def diagnose(
     earlier = None if after is None else read_diagnosis(after)
     friction = any_model(model, given_names([model], names))
     dataset = read_campaigns(data, tests)
-    part = dataset.select("train")  # tests that are held out stay unseen
+    part = learning_part(dataset, ", ".join(map(str, data)))
     with keeping(), progress("diagnose") as tick:
         stages = Stages(tick)
         searching = stages.part(60 if report else 100)

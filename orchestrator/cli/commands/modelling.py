@@ -21,6 +21,7 @@ from ..common.options import (
     Tests,
     fitted_model,
     given_names,
+    learning_part,
     named_model,
     read_data,
 )
@@ -92,8 +93,7 @@ def train(
     """Train a friction model on the tests of the role `train` and save it with its model card."""
     model = named_model(family, parameters or [])
     dataset = read_data(data, tests)
-    if dataset.select("train").points.empty:
-        raise InputError(f"{data}: no test has the role 'train'; allowed: at least one")
+    learning_part(dataset, data)
     if not load_uncertainty:
         dataset = dataset.without_load_uncertainty()
     from friction_models.models.effective_variance import honoured_sentence

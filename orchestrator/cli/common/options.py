@@ -115,6 +115,23 @@ def read_data(
     return dataset
 
 
+def learning_part(dataset: DataSet, where: object) -> DataSet:
+    """Return the tests that a model may learn from; those that are held out stay unseen.
+
+    Raises
+    ------
+    InputError
+        There is none: with one role given, the others need one.
+    """
+    part = dataset.select("train")
+    if part.points.empty and not dataset.points.empty:
+        raise InputError(
+            f"{where}: no test has the role 'train'; allowed: at least one, or no role at all (a test without a role "
+            "beside others with one is left out)"
+        )
+    return part
+
+
 def swapped(system: System, swap: Iterable[str] | None, names: Path | None = None) -> System:
     """Return the system with other models in the components that `--swap` names; `--names` says how their variables are called."""
     from ...cosim.swapping import swap_model

@@ -21,13 +21,14 @@ def per_test_chart(per_test: pd.DataFrame, names: Sequence[str]) -> Chart:
     Parameters
     ----------
     per_test : pandas.DataFrame
-        RMSE, one row a test, one column a model.
+        RMSE, one row a test, one column a model, in the order in which the models were given.
     names : sequence of str
         Models, best first.
     """
     shown = per_test.sort_values(names[0], ascending=False).head(MOST_TESTS)
     chart = Chart()
-    styles = looks(names)
+    # In the order in which they were given, as in the other pictures of the page: a model keeps its colour.
+    styles = looks(per_test.columns)
     ids = [escape(i) for i in shown.index]
     for name in names:
         dots = {"size": 8, "color": styles[name]["color"], "opacity": 0.8}

@@ -44,6 +44,20 @@ def rounds_chart(history: Sequence[Mapping[str, Any]], floor: float | None = Non
         )  # fmt: skip
     chart.dress(280, y="RMS error of mu", from_zero=True, margin_t=26)
     chart.figure.update_xaxes(
-        zeroline=False, tickvals=places, ticktext=[escape(n) for n in names], range=[-0.3, max(places) + 0.6]
+        zeroline=False,
+        tickvals=places,
+        ticktext=[_in_lines(n) for n in names],
+        range=[-0.3, max(places) + 0.6],
     )
     return chart
+
+
+def _in_lines(name: str) -> str:
+    """Return a name in lines that fit below a step also on a phone; plotly leaves out a label that does not fit.
+
+    Examples
+    --------
+    >>> _in_lines("+ stribeck + empirical:power(v_rel*T)")
+    '+ stribeck<br>+ empirical:<br>power(v_rel*T)'
+    """
+    return escape(name).replace(" + ", "<br>+ ").replace(":", ":<br>")

@@ -95,7 +95,12 @@ def confirmed_addition(model: Any, data: DataSet, effects: list[str]) -> Additio
         history = refine(points, data.tests, model=model, add=effects, force=True).error_history_
     except InputError:
         return None
-    return history[-1] if history else None
+    if not history:
+        return None
+    found: Addition = history[-1].copy()
+    if step > 1:
+        found["judged_by"] += f" on one point in {step}, for the sake of time"
+    return found
 
 
 def _headline(found: Diagnosis) -> str:
@@ -120,7 +125,7 @@ def _sure(found: Diagnosis) -> bool:
 def _confirmed(entry: Addition | None) -> str:
     if entry is None:
         return ""
-    by = f"Errors of the refitted model by {entry['judged_by']}; tribofmu refine makes that model."
+    by = f"Errors of the refitted model by {entry['judged_by']}; tribofmu refine makes that model, and judges it on all points."
     return judged(entry["before"], entry["after"]) + paragraph(by)
 
 

@@ -48,6 +48,25 @@ class Packed:
 
 
 @dataclass(frozen=True)
+class Loop:
+    """The additions to a model on one data set.
+
+    Attributes
+    ----------
+    data : str
+        Name of the data set.
+    rounds : sequence
+        Errors before and after each addition, as the card of the last model holds them.
+    floor : float or None
+        Noise floor [mu].
+    """
+
+    data: str
+    rounds: Sequence[Mapping[str, Any]]
+    floor: float | None = None
+
+
+@dataclass(frozen=True)
 class ProjectStory:
     """What a project holds, as its page tells it.
 
@@ -55,10 +74,8 @@ class ProjectStory:
     ----------
     title : str
         Name of the project.
-    rounds : sequence
-        Errors before and after each addition, as the card of the last model holds them.
-    floor : float or None
-        Noise floor [mu].
+    loops : sequence of Loop
+        One a data set, with a round at least.
     commands : sequence of (str, str, str)
         Time, command line or decision, how it ended.
     """
@@ -66,8 +83,7 @@ class ProjectStory:
     title: str
     measurements: Sequence[Measurements] = ()
     diagnoses: Sequence[Chapter] = ()
-    rounds: Sequence[Mapping[str, Any]] = ()
-    floor: float | None = None
+    loops: Sequence[Loop] = ()
     comparisons: Sequence[Chapter] = ()
     fmus: Sequence[Packed] = ()
     forming: Sequence[Chapter] = ()
@@ -83,11 +99,13 @@ class ProjectStory:
     @property
     def headline(self) -> str:
         """Return what came out, in one line."""
-        if self.rounds:
-            before, after = self.rounds[0]["before"]["rmse"], self.rounds[-1]["after"]["rmse"]
-            added = ", ".join(str(name) for entry in self.rounds for name in entry["added"])
+        if self.loops:
+            last = self.loops[-1]
+            before, after = last.rounds[0]["before"]["rmse"], last.rounds[-1]["after"]["rmse"]
+            added = ", ".join(str(name) for entry in last.rounds for name in entry["added"])
             said = "fell" if after < before else "went"
-            return f"{added} added: the RMS error of mu {said} from {before:.4f} to {after:.4f}"
+            where = f" on {last.data}" if len(self.loops) > 1 else ""
+            return f"{added} added: the RMS error of mu{where} {said} from {before:.4f} to {after:.4f}"
         return self.diagnoses[-1].page.title if self.diagnoses else self.title
 
 
@@ -95,7 +113,7 @@ def story_page(story: ProjectStory) -> str:
     """Return the HTML of a project's story."""
     told = [
         (len(story.measurements), "data set", "data sets"),
-        (len(story.rounds), "accepted addition", "accepted additions"),
+        (sum(len(loop.rounds) for loop in story.loops), "accepted addition", "accepted additions"),
         (len(story.fmus), "FMU", "FMUs"),
         (len(story.forming), "page on forming", "pages on forming"),
     ]
@@ -110,8 +128,8 @@ def story_page(story: ProjectStory) -> str:
         page.add("measurements", "What was measured", *(_measured(m) for m in story.measurements))
     if story.diagnoses:
         page.add("missing", "What the models missed", *_chapters(story.diagnoses, "d"))
-    if story.rounds:
-        _rounds(page, story)
+    if story.loops:
+        page.add("rounds", "Round by round", *_rounds(story.loops))
     if story.comparisons:
         page.add("models", "Models beside each other", *_chapters(story.comparisons, "c"))
     if story.forming:
@@ -152,26 +170,29 @@ def _chapters(chapters: Sequence[Chapter], prefix: str) -> list[str]:
     return parts
 
 
-def _rounds(page: Page, story: ProjectStory) -> None:
-    """Add the staircase of falling error and its numbers."""
-    first, last = story.rounds[0], story.rounds[-1]
-    rows = [
-        (
-            " and ".join(str(name) for name in entry["added"]),
-            f"{entry['before']['rmse']:.5f}", f"{entry['after']['rmse']:.5f}",
-            f"{100 * (entry['after']['rmse'] / entry['before']['rmse'] - 1):+.0f} %",
-            str(entry["judged_by"]),
-        )
-        for entry in story.rounds
-    ]  # fmt: skip
-    caption = "RMS error of mu on tests that the fit did not see, at the start and after each addition."
-    page.add(
-        "rounds",
-        "Round by round",
-        judged(first["before"], last["after"]),
-        figure("rounds", rounds_chart(story.rounds, story.floor), caption, "Error after each round, falling as a staircase."),
-        table(["added", "RMSE of mu before", "after", "change", "judged by"], rows, numeric=(1, 2, 3)),
-    )  # fmt: skip
+def _rounds(loops: Sequence[Loop]) -> list[str]:
+    """Return the staircase of falling error of each data set and its numbers."""
+    parts = []
+    for number, loop in enumerate(loops, 1):
+        first, last = loop.rounds[0], loop.rounds[-1]
+        rows = [
+            (
+                " and ".join(str(name) for name in entry["added"]),
+                f"{entry['before']['rmse']:.5f}", f"{entry['after']['rmse']:.5f}",
+                f"{100 * (entry['after']['rmse'] / entry['before']['rmse'] - 1):+.0f} %",
+                str(entry["judged_by"]),
+            )
+            for entry in loop.rounds
+        ]  # fmt: skip
+        caption = "RMS error of mu on tests that the fit did not see, at the start and after each addition."
+        name = "rounds" if number == 1 else f"rounds-{number}"
+        parts += [
+            f"<h3>{escape(loop.data)}</h3>" if len(loops) > 1 else "",
+            judged(first["before"], last["after"]),
+            figure(name, rounds_chart(loop.rounds, loop.floor), caption, "Error after each round, falling as a staircase."),
+            table(["added", "RMSE of mu before", "after", "change", "judged by"], rows, numeric=(1, 2, 3)),
+        ]  # fmt: skip
+    return parts
 
 
 def _commands(commands: Sequence[tuple[str, str, str]]) -> list[str]:

@@ -16,9 +16,9 @@ from nicegui import ui
 
 from friction_models import DataSet
 from friction_models.common.wording import counted
-from orchestrator.app.commands.models import compare, comparison_points
+from orchestrator.app.commands.models import compare, comparison_points, refine, train
 from orchestrator.app.figures.residuals import between, cells, points_of
-from orchestrator.app.project import Project
+from orchestrator.app.project import HISTORY, Project, history
 from orchestrator.cli.main import run
 
 from .seen import figures, labelled, look, shown, until, waiting
@@ -66,6 +66,34 @@ def test_a_cell_holds_the_residual_of_its_points(compared: Path) -> None:
 
             half = t.ppf(0.975, len(means) - 1) * means.std() / np.sqrt(len(means))
             assert cell.half == pytest.approx(half, rel=0.02)
+
+
+def test_the_page_says_on_what_it_compares_and_which_model_is_of_other_measurements(project: Project) -> None:
+    """Two data sets: the model of one is neither chosen nor replaced for the other."""
+    shutil.copytree(project.root / "data/sct", project.root / "data/zinc")
+    for name in ("linear", "linear-stribeck"):
+        (project.root / "models" / name).mkdir()
+        (project.root / "models" / name / "card.json").write_text("{}")
+    for command in (train("data/sct", "linear"), refine("data/zinc", "linear", ["stribeck"])):
+        history.add(project.root / HISTORY, history.ENDED, job=1, code=0, command=command.line)
+
+    async def test(user: Any, worker: Any) -> None:
+        await user.open("/compare?data=data/zinc")
+        assert labelled(user, ui.select, "Measurements").value == "data/zinc"
+        chosen = labelled(user, ui.select, "Models")
+        assert chosen.value == ["models/linear-stribeck", "0.08"]
+        assert "was fitted to" not in shown(user)
+        chosen.set_value(["models/linear", "models/linear-stribeck"])
+        await until(lambda: "linear was fitted to sct" in shown(user))
+        user.find("Compare 2 models").click()
+        assert waiting(worker) == [compare("data/zinc", ["models/linear", "models/linear-stribeck"]).line]
+        await user.should_see("tribofmu train linear --data data/zinc -o models/linear-zinc")
+        await user.open("/compare?data=data/none")
+        assert labelled(user, ui.select, "Measurements").value == "data/sct"
+        assert labelled(user, ui.select, "Models").value == ["models/linear", "0.08"]
+        await user.should_not_see("Train a linear model")
+
+    look(project, test)
 
 
 def test_from_a_cell_to_its_tests_to_a_curve(project: Project) -> None:

@@ -38,6 +38,22 @@ def test_an_addition_counts_when_it_is_accepted_and_can_be_taken_back() -> None:
     assert Story.of([*lines, chosen]).rounds[0].model == "linear"
 
 
+def test_a_loop_that_was_left_goes_on_where_it_was() -> None:
+    def chosen(data: str, model: str) -> dict[str, object]:
+        return {"event": CHOSEN, "data": data, "model": model}
+
+    lines = [chosen("data/a", "linear"), refined("models/x"), {"event": ACCEPTED}, refined("models/y"), {"event": ACCEPTED}]  # fmt: skip
+    lines.append(chosen("data/b", "linear"))
+    back = Story.of([*lines, chosen("data/a", "models/y")])
+    assert [r.model for r in back.rounds] == ["linear", "models/x", "models/y"]
+    # An earlier model is the way to it; taking back leads on from there; other measurements, or the start, begin anew.
+    way = [*lines, chosen("data/a", "models/x"), {"event": TAKEN_BACK}]
+    assert [r.model for r in Story.of(way).rounds] == ["linear"]
+    assert [r.model for r in Story.loops(way)[1].rounds] == ["linear", "models/x", "models/y"]
+    assert [r.model for r in Story.of([*lines, chosen("data/b", "models/y")]).rounds] == ["models/y"]
+    assert [r.model for r in Story.of([*lines, chosen("data/a", "linear")]).rounds] == ["linear"]
+
+
 def test_the_model_at_the_start_cannot_be_taken_back_and_failed_commands_change_nothing() -> None:
     lines: list[dict[str, object]] = [
         {"event": CHOSEN, "data": "d", "model": "linear"},

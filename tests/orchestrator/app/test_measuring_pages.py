@@ -65,6 +65,9 @@ def test_from_a_dropped_table_to_a_data_set(tmp_path: Path, monkeypatch: pytest.
         assert [f.value for f in sorted(is_, key=lambda f: f.id)] == ["test_id", "v_rel", "", "sigma_n", "mu"]
         # Two pictures: mu over the loads, and every column in the units of the contract.
         assert len(figures(user)) == 2
+        # An example stands below its field, where nobody takes it for a value.
+        shared = fields(user, ui.input, "what all tests share")[0]
+        assert shared.value == "" and shared.props["hint"] == "such as lubricant=MoS2; bore=15.5"
         low = fields(user, ui.number, "rows from")
         low[1].set_value(10.5)
         await until(lambda: "20 tests, 20 points" in shown(user))
@@ -87,6 +90,44 @@ def test_from_a_dropped_table_to_a_data_set(tmp_path: Path, monkeypatch: pytest.
     points = DataSet.load("data/oil-20C").points
     # Rows of 11 N and more; speeds of m/s.
     assert len(points) == 20 and set(points["v_rel"]) == {1000.0, 2000.0, 3000.0}
+
+
+def test_a_data_set_of_others_is_brought_with_its_test_table(tmp_path: Path) -> None:
+    project = Project.open(tmp_path / "new")
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements")
+        text = "test_id,v_rel,mu\n" + "".join(f"t{k},{k},0.1\n" for k in range(9))
+        table = "test_id,batch\n" + "".join(f"t{k},b{k % 2}\n" for k in range(9))
+        await upload(user).handle_uploads([file("points.csv", text), file("tests.csv", table)])
+        await until(lambda: (project.root / "raw/points/tests.csv").is_file())
+        await user.open("/measurements?raw=points")
+        await until(lambda: "9 tests, 9 points" in shown(user))
+        await user.should_see("1 file (1 CSV)")
+        await user.should_see("batch taken for the tests of the same name")
+        user.find("Make the data set").click()
+        await until(lambda: bool(waiting(worker)))
+        assert "tribofmu points raw/points/points.csv --map" in waiting(worker)[0]
+
+    look(project, test)
+
+
+def test_the_picture_of_many_short_tests_shows_them_all_along(tmp_path: Path) -> None:
+    project = Project.open(tmp_path / "new")
+    (project.root / "raw/rig").mkdir()
+    rows = [f"t{k},{s},{10 + s},0.{50 + s}" for k in range(60) for s in range(25)]
+    (project.root / "raw/rig/rig.csv").write_text("test_id,sd,v_rel,mu\n" + "\n".join(rows) + "\n")
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements?raw=rig")
+        await until(lambda: "60 tests, 1500 points" in shown(user))
+        # Which points are drawn does not depend on where they stand in their test.
+        drawn = numbers(figures(user)[1]["data"][0]["y"])
+        assert len(drawn) <= 600
+        assert np.bincount(drawn.astype(int)).min() > 10
+        assert "First file, 1500 rows, thinned to 600." in shown(user)
+
+    look(project, test)
 
 
 def test_records_are_mapped_with_units_phases_and_zero_readings(tmp_path: Path) -> None:
@@ -191,6 +232,13 @@ def test_roles_that_leave_nothing_to_learn_from_are_told(tmp_path: Path) -> None
             user.find("Set").click()
             await until(lambda told=told: ("No test has the role train" in shown(user)) == told)  # type: ignore[misc]
         assert "Not saved yet" in shown(user)
+        for table, told in (("a,test\nb,\n", True), ("a,test\nb,train\n", False)):
+            (project.root / "data/oil/tests.csv").write_text(f"test_id,role\n{table}")
+            await user.open("/measurements")
+            assert ("no test has the role train" in shown(user)) == told
+        assert "1 test, 1 train" in shown(user)
+        # Letters of this project are said in words.
+        assert "psi (local surface expansion dA/dA0)" in shown(user)
 
     look(project, test)
 

@@ -171,9 +171,32 @@ def test_a_comparison_and_the_measurements(loop: Project) -> None:
         history.add(loop.root / HISTORY, history.SAVED, file="raw/oil/points.yaml")
         await user.open("/reports")
         await user.should_see("refined sct linear stribeck")
-        assert "raw/oil/points.yaml" in shown(user)
+        said = shown(user)
+        # What came last stands first, and the words say so.
+        assert "the newest first" in said and "from the last line up" in said
+        assert 0 < said.index("raw/oil/points.yaml") < said.index("linear on data/sct")
 
     look(loop, test)
+
+
+def test_a_data_set_is_taken_in_hand_again_where_it_was_left(loop: Project) -> None:
+    (loop.root / "data/zinc").mkdir()
+    (loop.root / "data/zinc/points.csv").write_text("test_id,v_rel,mu\na,1,0.1\nb,2,0.1\n")
+    file = loop.root / HISTORY
+    added = commands.models.refine("data/sct", "linear", ["stribeck"])
+    history.add(file, history.CHOSEN, data="data/sct", model="linear")
+    history.add(file, history.ENDED, code=0, **added.more)
+    history.add(file, history.ACCEPTED, model="models/linear-stribeck")
+    history.add(file, history.CHOSEN, data="data/zinc", model="linear")
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements")
+        user.find("Use it").click()
+        await until(lambda: history.Story.of(history.read(file)).data == "data/sct")
+
+    look(loop, test)
+    rounds = history.Story.of(history.read(file)).rounds
+    assert [r.model for r in rounds] == ["linear", "models/linear-stribeck"]
 
 
 HOSTILE = "<img src=x onerror=alert(1)>"

@@ -73,6 +73,7 @@ def test_it_tells_what_was_measured_missed_added_compared_and_packed(told: Proje
     answer = json.loads((told.root / "reports/comparison-sct.json").read_text())["models"]["0.08"]
     low, high = answer["mae_interval"]
     assert f"{answer['mae']:.4f} [{low:.4f}, {high:.4f}]" in text
+    assert "chosen linear on data/sct" in text
     assert re.search(r"constant\.fmu\s+\d+\s+passed", text) and "tribofmu check fmus/constant.fmu" in text
     staircase = next(p for s in page.sections if s.anchor == "rounds" for p in s.parts if isinstance(p, ReadFigure))  # fmt: skip
     assert list(staircase.data[0]["y"]) == [0.0068, 0.0044]
@@ -80,6 +81,32 @@ def test_it_tells_what_was_measured_missed_added_compared_and_packed(told: Proje
     first = (told.root / STORY).read_bytes()
     assert run(story().arguments) == 0
     assert (told.root / STORY).read_bytes() == first
+
+
+def test_each_data_set_has_its_rounds(told: Project) -> None:
+    """Another data set in hand does not silence what was added on the one before."""
+    shutil.copytree(told.root / "data/sct", told.root / "data/second")
+    entry = {"added": ["viscous"], "judged_by": "30 held-out tests",
+             "before": {"rmse": 0.0071, "mae": 0.005}, "after": {"rmse": 0.0052, "mae": 0.004}}  # fmt: skip
+    (told.root / "models/linear-viscous").mkdir()
+    card = {"model": {"learned": {"error_history": [entry]}}}
+    (told.root / "models/linear-viscous/card.json").write_text(json.dumps(card))
+    file = told.root / HISTORY
+    history.add(file, CHOSEN, data="data/second", model="linear")
+    history.add(file, ENDED, job=3, code=0, **refine("data/second", "linear", ["viscous"]).more)
+    history.add(file, ACCEPTED, model="models/linear-viscous")
+    # Looked at once more, without an addition.
+    history.add(file, CHOSEN, data="data/sct", model="linear")
+    assert run(story().arguments) == 0
+    page = read_page(told.root / STORY)
+    assert page.title == "viscous added: the RMS error of mu on second fell from 0.0071 to 0.0052"
+    assert "2 accepted additions" in page.lead
+    rounds = page.section("rounds")
+    assert rounds is not None
+    stairs = [list(p.data[0]["y"]) for p in rounds.parts if isinstance(p, ReadFigure)]
+    assert stairs == [[0.0068, 0.0044], [0.0071, 0.0052]]
+    text = text_of(told.root)
+    assert "Explained." in text and "stribeck" in text
 
 
 def test_it_loads_nothing_and_what_comes_from_files_stays_text(told: Project) -> None:

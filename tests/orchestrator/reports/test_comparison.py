@@ -23,6 +23,7 @@ from orchestrator.comparison.on_tests import FEWEST_UNITS, compare_on_tests, kno
 from orchestrator.comparison.press_study import FailedRun, PressResults
 from orchestrator.force_curves.forces import ForceCurve, LevelsComparison, compare_force
 from orchestrator.report.pages.comparison import comparison_page
+from orchestrator.report.reading import read_page
 
 
 class Law:
@@ -154,6 +155,22 @@ def test_page_of_both(tmp_path: Path) -> None:
     for anchor in ("parity", "response", "tests", "level-errors", "force-curves"):
         assert f'id="chart-{anchor}"' in html
     assert f"at least {FEWEST_UNITS} levels are needed" in html
+
+
+def test_a_model_has_one_colour_in_all_pictures(tmp_path: Path) -> None:
+    # The best comes last.
+    c = compare_on_tests({"far": Law(0.01), "0.05": Law(-0.03), "near": Law(0.002)}, measured())
+    (tmp_path / "page.html").write_text(comparison_page(c, None))
+    page = read_page(tmp_path / "page.html")
+    seen: dict[str, set[str]] = {}
+    for anchor, style in (("response", "line"), ("tests", "marker")):
+        section = page.section(anchor)
+        found = section.figure() if section is not None else None
+        assert found is not None
+        for trace in found.data:
+            if trace.get("name") in c.models:
+                seen.setdefault(trace["name"], set()).add(trace[style]["color"])
+    assert {name: len(colours) for name, colours in seen.items()} == {"far": 1, "0.05": 1, "near": 1}
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: Any) -> str:

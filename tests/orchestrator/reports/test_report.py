@@ -26,6 +26,7 @@ from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_report
 from orchestrator.report.charts.residuals import binned_residual
+from orchestrator.report.pages import diagnosis
 from orchestrator.report.pages.diagnosis import confirmed_addition
 from orchestrator.report.pages.refinement import refinement_page
 from orchestrator.report.parts.cards import Change
@@ -157,6 +158,17 @@ def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
         before, after = (found.averages[k].pow(2).mean() for k in ("before", "after"))
         assert after < before
         assert json.dumps(found.to_dict())  # the table stays out of the file
+
+
+def test_errors_of_a_part_of_the_points_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`refine` judges on all points: the same words over other numbers would puzzle."""
+    steps = [(k, j) for k in range(6) for j in range(16)]
+    data = pd.DataFrame({"test_id": [f"test{k}" for k, _ in steps], "sd": [2.0 * j for _, j in steps]})
+    data = data.assign(T=[20.0 + 5 * j for _, j in steps], mu=[0.1 - 0.001 * j + 1e-5 * k for k, j in steps])
+    for most, said in ((1000, False), (40, True)):
+        monkeypatch.setattr(diagnosis, "MOST_POINTS", most)
+        found = confirmed_addition("constant", DataSet(data, None, {}), ["thermal_softening"])
+        assert found is not None and ("on one point in 2" in found["judged_by"]) == said
 
 
 def test_page_of_one_test_and_of_other_loads(tmp_path: Path) -> None:

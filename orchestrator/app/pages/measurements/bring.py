@@ -63,7 +63,7 @@ def bring(view: View, title: str, into: str = "") -> None:
         heading(title)
         say(
             f"Records of a data logger or tables of points: {', '.join(suffixes)}; at most {LARGEST / 1e6:.0f} MB a file. A table tests.csv beside "
-            "records says what is known of each test.",
+            "them says what is known of each test.",
             "soft",
         )
         said = ui.element("div").props('role="status"')

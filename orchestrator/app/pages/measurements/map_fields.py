@@ -100,22 +100,25 @@ class MapFields:
 
     def _more(self) -> None:
         form = self.form
-        with ui.element("div").classes("choices"):
+        with ui.element("div").classes("choices").style("align-items: flex-start"):
             if form.records:
                 self._number("moving mass [kg]", form.mass, partial(self._set, form, "mass"))
-                self._text(
-                    "test in the file name: *_{test_id}_*", form.name, partial(self._set, form, "name")
-                ).classes("long")
+                self._example(
+                    "test in the file name", "*_{test_id}_*", form.name, partial(self._set, form, "name")
+                )
             else:
-                self._text(
-                    "in the file name: {oil}_{T_tool}C_{test_id}", form.name, partial(self._set, form, "name")
-                ).classes("long")
+                self._example(
+                    "what stands in the file name",
+                    "{oil}_{T_tool}C_{test_id}",
+                    form.name,
+                    partial(self._set, form, "name"),
+                )
             if form.records:
                 self._number("T_tool of all tests [degC]", _degrees(form.metadata), self._tool)
             text = "; ".join(
                 f"{k}={v}" for k, v in form.metadata.items() if k != "T_tool" or not form.records
             )
-            self._text("all tests share: lubricant=MoS2; bore=15.5", text, self._metadata).classes("long")
+            self._example("what all tests share", "lubricant=MoS2; bore=15.5", text, self._metadata)
         if not form.records:
             return
         stated = form.phases if isinstance(form.phases, dict) else {}
@@ -145,6 +148,10 @@ class MapFields:
         )
         made.props("outlined dense").classes("choice")
         return made
+
+    def _example(self, label: str, example: str, value: str, changed: Callable[[str], Any]) -> None:
+        """Build a field whose example stands below: inside of it one would take it for what was filled in."""
+        self._text(label, value, changed).classes("long").props["hint"] = f"such as {example}"
 
     def _number(self, label: str, value: float | None, changed: Callable[[float | None], Any]) -> ui.number:
         made = ui.number(label, value=value, on_change=lambda e: changed(e.value))

@@ -103,13 +103,14 @@ def _look(path: Path) -> _Found | str:
 def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
     from friction_models.loads import LOAD_NAMES, not_measured
-    from friction_models.loads.contract import with_unit
+    from friction_models.loads.contract import QUANTITIES, with_unit
 
     try:
         found = loaded(path)
     except InputError as error:
         return str(error)
     points = found.points
+    idle: list[str] = []
     rows: list[tuple[str, object]] = [
         ("tests", points["test_id"].nunique()),
         ("points", len(points)),
@@ -120,8 +121,10 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
         ),
     ]
     if found.tests is not None and "role" in found.tests.columns:
-        roles = found.tests["role"].astype(str).value_counts()
+        roles = found.tests["role"].fillna("without").astype(str).value_counts()
         rows.insert(1, ("roles", ", ".join(f"{count} {role}" for role, count in roles.items())))
-    lacking = not_measured(points.columns)
-    notes = [*([f"not measured: {', '.join(lacking)}"] if lacking else []), *found.notes]
+        if "train" not in roles:
+            idle = ["no test has the role train: models have nothing to learn from (edit the test table)"]
+    lacking = [f"{n} ({QUANTITIES[n].meaning.partition(',')[0]})" for n in not_measured(points.columns)]
+    notes = [*idle, *([f"not measured: {', '.join(lacking)}"] if lacking else []), *found.notes]
     return _Found(rows, notes, found.synthetic)

@@ -12,6 +12,7 @@ from friction_models.common.files import read_json
 from friction_models.common.markup import bullets, table
 
 from ... import commands
+from ...project.history import Story
 from ..parts import action, button, heading, say, words
 from ..view import View
 
@@ -27,7 +28,7 @@ def data_set(view: View, name: str) -> None:
         with ui.element("section").classes("panel"):
             heading(f"Data set {place}")
             say(
-                "Made of these files. Split it into tests to learn from and tests held out, or ask at once.",
+                "Made of these files. Ask at once, or first say in the test table which tests are held out (column role).",
                 "soft",
             )
             with ui.element("div").classes("buttons"):
@@ -46,7 +47,9 @@ def use(view: View, place: str) -> None:
     """Take a data set in hand, and go to the question."""
     story = view.story()
     if story.data != place:
-        view.choose(place, story.rounds[0].model)
+        # Where it was left, if it was in hand before.
+        before = [loop.model for loop in Story.loops(view.lines()) if loop.data == place]
+        view.choose(place, before[-1] if before else story.rounds[0].model)
     ui.navigate.to("/")
 
 
