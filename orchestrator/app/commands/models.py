@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from friction_models.common.wording import counted
 
@@ -38,16 +38,22 @@ def diagnose(data: str, model: str) -> Command:
     return Command(f"What is {short(model)} missing?", arguments)
 
 
-def refine(data: str, model: str, effects: Sequence[str]) -> Command:
+def refine(data: str, model: str, effects: Sequence[str], learnt: Mapping[str, str] | None = None) -> Command:
     """Add effects to a model.
+
+    `learnt` says of models that there are what they were fitted to: one of other measurements is not replaced.
 
     Examples
     --------
     >>> refine("data/sct", "linear", ["factor:batch"]).arguments[-3]
     'models/linear-factor-batch'
+    >>> refine("data/sct", "linear", ["factor:batch"], {"models/linear-factor-batch": "data/oil"}).arguments[-3]
+    'models/linear-factor-batch-sct'
     """
     added = "-".join(name_of(effect) for effect in effects)
     out = f"models/{name_of(f'{short(model)}-{added}')}"
+    if (learnt or {}).get(out, data) != data:
+        out = f"models/{name_of(f'{short(out)}-{short(data)}')}"
     page = f"reports/refined-{short(data)}-{short(out)}.html"
     arguments = ("refine", "--data", data, "--model", model, "--add", *effects, "-o", out, "--report", page)
     return Command(

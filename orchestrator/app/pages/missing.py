@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from nicegui import ui
 
+from friction_models.common import InputError
 from friction_models.common.files import read_json
+from friction_models.effects import make_effect
 
 from ...report.reading import ReadPage
 from .. import commands
 from ..answer import Answer, Offer
-from ..project.history import ACCEPTED, TAKEN_BACK, Story
+from ..commands import Command
+from ..project.history import ACCEPTED, TAKEN_BACK, Story, learnt_from
 from .frame import page_head
 from .parts import (
     action,
@@ -96,7 +101,7 @@ def _choices(view: View, story: Story) -> None:
     models.setdefault(story.model, story.model)
     sets.setdefault(story.data, story.data)
     with ui.element("div").classes("choices"):
-        choice("Measurements", sets, story.data, lambda value: view.choose(value, story.model))
+        choice("Measurements", sets, story.data, view.take_in_hand)
         choice("Model", models, story.model, lambda value: view.choose(story.data, value))
 
 
@@ -121,15 +126,11 @@ def _verdict(view: View, story: Story, answer: Answer, page: ReadPage) -> None:
 
 def _offers(view: View, story: Story, answer: Answer) -> None:
     """Show what may be added: what is named, and on request anything else that was tried."""
-    named = answer.effects
+    named, learnt = answer.effects, learnt_from(view.lines())
+    adding = partial(commands.models.refine, story.data, story.model, learnt=learnt)
     if named:
-        action(
-            view,
-            commands.models.refine(story.data, story.model, named),
-            f"Add {' and '.join(named)}",
-            first=True,
-        )
-    _formulas(view, story, answer.offers, first=not named)
+        action(view, adding(named), f"Add {' and '.join(named)}", first=True)
+    _formulas(view, adding, answer.offers, first=not named)
     others = list(dict.fromkeys([*answer.rivals, *(e for e in answer.ranking if e not in named)]))[:_OFFERED]
     if answer.rivals:
         say(f"These data cannot tell it from: {', '.join(answer.rivals)}.")
@@ -137,10 +138,20 @@ def _offers(view: View, story: Story, answer: Answer) -> None:
         return
     with ui.expansion("Add another effect").classes("other"):
         for effect in others:
-            action(view, commands.models.refine(story.data, story.model, [effect]), f"Add {effect}")
+            say(_in_words(effect), "soft")
+            action(view, adding([effect]), f"Add {effect}")
 
 
-def _formulas(view: View, story: Story, offers: list[Offer], first: bool) -> None:
+def _in_words(effect: str) -> str:
+    """Return what an effect is; nothing of a name that is none, which a file of others may hold."""
+    try:
+        title = make_effect(effect).title
+    except InputError:
+        return ""
+    return f"{title[:1].upper()}{title[1:]}."
+
+
+def _formulas(view: View, adding: Callable[[list[str]], Command], offers: list[Offer], first: bool) -> None:
     """Offer empirical terms: curves without a law behind them, for what the catalogue does not explain."""
     if not offers:
         return
@@ -152,8 +163,7 @@ def _formulas(view: View, story: Story, offers: list[Offer], first: bool) -> Non
     )
     for number, offer in enumerate(offers[:_OFFERED]):
         say(f"{offer.equation}. {offer.removes}".rstrip())
-        command = commands.models.refine(story.data, story.model, offer.effects)
-        action(view, command, f"Add {' and '.join(offer.effects)}", first=first and number == 0)
+        action(view, adding(offer.effects), f"Add {' and '.join(offer.effects)}", first=first and number == 0)
 
 
 def _candidate(view: View, story: Story) -> None:
@@ -170,7 +180,7 @@ def _candidate(view: View, story: Story) -> None:
             model = story.candidate.model
             button("Accept", lambda: view.note(ACCEPTED, model=model), "first")
             button("Take back", lambda: view.note(TAKEN_BACK))
-        say("Accepting asks the next question of the better model. Taking back deletes nothing.", "soft")
+        say("Accept to ask what the better model still misses. Taking back deletes nothing.", "soft")
         residual = page.section("residual") if page is not None else None
         if residual is not None:
             parts(residual.parts)

@@ -71,6 +71,13 @@ class View:
         """Begin the loop with a data set and a model; what was made before stays in its folders."""
         self.note(history.CHOSEN, data=data, model=model)
 
+    def take_in_hand(self, data: str) -> None:
+        """Go on with a data set where it was left; one that was never in hand begins with the plain model of the loop in hand."""
+        story = self.story()
+        if story.data != data:
+            before = [loop.model for loop in Story.loops(self.lines()) if loop.data == data]
+            self.choose(data, before[-1] if before else story.rounds[0].model)
+
     def note(self, event: str, **content: Any) -> None:
         """Write a decision into the history."""
         history.add(self.project.root / HISTORY, event, **content)

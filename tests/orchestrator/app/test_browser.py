@@ -156,7 +156,9 @@ window.stops = {reached: new Set(), unseen: []};
 window.lacks = (e) => {
   const place = e.getBoundingClientRect();
   const shown = place.width && place.height && getComputedStyle(e).visibility !== 'hidden';
-  return shown && !e.disabled && !e.closest('.ag-root-wrapper') && !stops.reached.has(e);
+  // The crosses of chips can be reached while their field has the focus: they stand before it, for Shift and Tab.
+  const beside = e.closest('.ag-root-wrapper') || e.matches('.q-chip__icon--remove');
+  return shown && !e.disabled && !beside && !stops.reached.has(e);
 };
 document.addEventListener('focusin', (event) => {
   const e = event.target, place = e.getBoundingClientRect(), style = getComputedStyle(e);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,15 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 
+from nicegui import ui
+
 from orchestrator.app import commands
-from orchestrator.app.project import Project
+from orchestrator.app.project import HISTORY, Project, history
+from orchestrator.app.project.history import Story
 from orchestrator.report.parts.page import Page
 
 from .seen import look, shown, waiting
+from .test_measuring_pages import fields
 
 OFFER = {
     "name": "empirical:bump(T)", "add": ["empirical:bump(T)"], "equation": "mu += 0.01 <b>exp</b>(-T)", "share": 0.62,
@@ -48,6 +53,40 @@ def test_empirical_terms_are_offered_with_what_they_remove(example: Project) -> 
         assert waiting(worker) == [expected]
 
     look(example, test)
+
+
+def test_a_model_of_other_measurements_is_not_replaced(example: Project) -> None:
+    json_file, page_file, _ = commands.models.diagnosis_files("data/sct", "linear")
+    (example.root / page_file).write_text(Page("linear lacks something", "diagnosis").render())
+    answer = {"effects": ["stribeck"], "ranking": [{"effect": "hersey"}, {"effect": "no such effect"}]}
+    (example.root / json_file).write_text(json.dumps(answer))
+    before = "tribofmu refine --data data/oil --model linear --add stribeck -o models/linear-stribeck"
+    history.add(example.root / HISTORY, history.ENDED, code=0, command=before)
+
+    async def test(user: Any, worker: Any) -> None:
+        await user.open("/")
+        assert "Stribeck curve over viscosity" in shown(user)
+        user.find("Add stribeck").click()
+        assert "-o models/linear-stribeck-sct " in waiting(worker)[0]
+
+    look(example, test)
+
+
+def test_measurements_that_were_left_come_with_their_own_model(example: Project) -> None:
+    shutil.copytree(example.root / "data/sct", example.root / "data/oil")
+    (example.root / "models/linear-stribeck").mkdir()
+    (example.root / "models/linear-stribeck/card.json").write_text("{}")
+    lines = [("data/oil", "models/linear-stribeck"), ("data/sct", "linear")]
+    for data, model in lines:
+        history.add(example.root / HISTORY, history.CHOSEN, data=data, model=model)
+
+    async def test(user: Any, worker: Any) -> None:
+        await user.open("/")
+        fields(user, ui.select, "Measurements")[0].set_value("data/oil")
+
+    look(example, test)
+    story = Story.of(history.read(example.root / HISTORY))
+    assert (story.data, story.model) == ("data/oil", "models/linear-stribeck")
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,6 @@ from friction_models.common.files import read_json
 from friction_models.common.markup import bullets, table
 
 from ... import commands
-from ...project.history import Story
 from ..parts import action, button, heading, say, words
 from ..view import View
 
@@ -45,11 +44,7 @@ def ask(view: View, place: str) -> None:
 
 def use(view: View, place: str) -> None:
     """Take a data set in hand, and go to the question."""
-    story = view.story()
-    if story.data != place:
-        # Where it was left, if it was in hand before.
-        before = [loop.model for loop in Story.loops(view.lines()) if loop.data == place]
-        view.choose(place, before[-1] if before else story.rounds[0].model)
+    view.take_in_hand(place)
     ui.navigate.to("/")
 
 
