@@ -154,7 +154,7 @@ def next_tests_html(found: DiagnosisNumbers) -> str:
         "set points",
         "tells apart",
         "standard errors",
-        "runs for 3 of them",
+        "runs for 3 standard errors",
         "bits",
         "tests",
     ]
