@@ -18,11 +18,13 @@ from friction_models.common.units import conversion
 from friction_models.common.wording import counted
 from friction_models.loads import LOAD_NAMES, DataSet, missing_column
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
+from friction_models.loads.dataset import read_tests, says_synthetic
+from friction_models.loads.earlier_tables import with_columns_of
 from friction_models.loads.points import check_points
 
 from ..readers import RawTable, read_file
 from ..records.cells import Cell
-from .measurement_files import Source, measurement_files, passed_over
+from .measurement_files import Source, measurement_files, passed_over, tests_beside
 from .point_map import PointColumn, PointMap, PointMapSource
 
 
@@ -61,7 +63,7 @@ def read_point_tables(
     ----------
     source
         A folder or single files, of any format that `ingest` reads. A file holds one test, or several with a column of
-        their names.
+        their names. A test table beside them, `tests.csv`, adds its columns.
     point_map
         Which columns are what; None for columns named as in the contract.
     synthetic : bool
@@ -114,13 +116,42 @@ def read_point_tables(
     points = check_points(pd.concat(frames, ignore_index=True), "points")
     table = pd.DataFrame([{"test_id": test, **row} for test, row in tests.items()])
     table = table[table["test_id"].isin(points.frame["test_id"].unique())].reset_index(drop=True)
-    info = {"synthetic": synthetic, "files": [file.name for file in files]}
+    table, said = _with_tests_beside(table, source)
+    notes += said
+    info = {"synthetic": synthetic or says_synthetic(table), "files": [file.name for file in files]}
     return PointTables(DataSet(points.frame, table, info, points.notes), [*notes, *points.notes])
+
+
+def _with_tests_beside(table: pd.DataFrame, source: Source) -> tuple[pd.DataFrame, list[str]]:
+    """Return the test table with the columns that only the one beside the files has, and what there is to say.
+
+    Raises InputError: there are two tables beside the files, or the one is no test table.
+    """
+    home = measurement_files(source)[1] if not _is_data_set(source) else Path(str(source))
+    beside = None if home is None else tests_beside(home)
+    if beside is None:
+        return table, []
+    known = read_tests(beside)
+    if not table["test_id"].isin(known["test_id"]).any():
+        return table, [f"{beside.name} names none of the tests and is not used"]
+    table, more = with_columns_of(table, known)
+    said = [f"{', '.join(more)}: taken from {beside.name}"] if more else []
+    there, named = set(table["test_id"]), set(known["test_id"])
+    for names, what in ((there - named, "not in"), (named - there, "without points in")):
+        if names:
+            said.append(
+                f"{counted(len(names), 'test')} {what} {beside.name}: {shown(', '.join(sorted(names)), 100)}"
+            )
+    return table, said
+
+
+def _is_data_set(source: Source) -> bool:
+    return isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file()
 
 
 def point_files(source: Source) -> list[Path]:
     """Return the files; of a single folder also tables that are called as those of a data set."""
-    if isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file():
+    if isinstance(source, str | os.PathLike) and _is_data_set(source):
         return [Path(source) / "points.csv"]
     return measurement_files(source)[0]
 

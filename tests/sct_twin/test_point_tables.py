@@ -92,6 +92,35 @@ def test_the_draft_knows_usual_names_and_what_reads_with_it_is_what_stands_there
     assert points["T"].iloc[0] == pytest.approx(26.85) and points["mu"].iloc[-1] == 0.08
 
 
+def test_the_test_table_beside_the_files_is_used(tmp_path: Path) -> None:
+    for k in range(3):
+        german(tmp_path, f"t{k}.csv", 300.0)
+    (tmp_path / "tests.csv").write_text("test_id;batch;lab\nt0;A;south\nt1;B;south\nt9;A;south\n")
+    columns = {"Zeit": "t", "Geschwindigkeit": "v_rel", "Temperatur": "T", "Reibwert": "mu"}
+    content: dict[str, Any] = {"columns": columns, "metadata": {"lab": "north"}}
+    for source in (tmp_path, sorted(tmp_path.glob("t?.csv"))):
+        found = read_point_tables(source, content)
+        assert found.dataset.tests is not None
+        # What the map says counts before what the table says.
+        assert found.dataset.tests.fillna("").to_dict("list") == {
+            "test_id": ["t0", "t1", "t2"],
+            "lab": ["north"] * 3,
+            "batch": ["A", "B", ""],
+        }
+        assert [note for note in found.notes if "tests.csv" in note] == [
+            "batch: taken from tests.csv",
+            "1 test not in tests.csv: t2",
+            "1 test without points in tests.csv: t9",
+        ]
+    (tmp_path / "tests.csv").write_text("test_id,role\nx,train\n")
+    assert "tests.csv names none of the tests and is not used" in read_point_tables(tmp_path, content).notes
+    (tmp_path / "tests.csv").write_text("test_id,synthetic\nt0,True\n")
+    assert read_point_tables(tmp_path, content).dataset.info["synthetic"]
+    (tmp_path / "tests.tsv").write_text("test_id\tsynthetic\nt0\tTrue\n")
+    with pytest.raises(InputError, match="one test table"):
+        read_point_tables(tmp_path, content)
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [
