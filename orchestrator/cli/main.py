@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 something failed; 2 bad input (a file, a name, a value, an
 from __future__ import annotations
 
 import errno
+import io
 import os
 import signal
 import sys
@@ -31,6 +32,9 @@ MANY = ("--models", "--add", "--only", "--platforms", "--column", "--rig", "--ca
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
+    # Names of tests and people have any letters; a console or pipe that lacks one (LANG=C, code page 1252) gets its number.
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
     code = run(sys.argv[1:] if arguments is None else list(arguments))
     # All is done and said: there is nothing left to interrupt.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

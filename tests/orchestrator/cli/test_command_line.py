@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -110,6 +111,18 @@ def test_help_loads_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == "[]"
     assert all(command in done.stdout for command in COMMANDS)
+
+
+def test_letters_that_the_console_lacks_end_no_command(tmp_path: Path) -> None:
+    (tmp_path / "tests.csv").write_text("test_id,operator\nt1,M\u00fcller\n", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", "from orchestrator.cli import main; main()", "tests", str(tmp_path)],
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"M\\xfcller" in done.stdout
 
 
 def test_several_values_of_one_option() -> None:
