@@ -23,6 +23,7 @@ from ..common.options import (
     any_model,
     given_names,
     read_data,
+    require_training,
 )
 from .modelling import Interval, add_interval
 
@@ -71,6 +72,7 @@ def diagnose(
     earlier = None if after is None else read_diagnosis(after)
     friction = any_model(model, given_names([model], names))
     dataset = read_campaigns(data, tests)
+    require_training(dataset, ", ".join(map(str, data)))
     part = dataset.select("train")  # tests that are held out stay unseen
     with keeping(), progress("diagnose") as tick:
         stages = Stages(tick)
@@ -147,6 +149,8 @@ def refine(
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
     friction = any_model(model)
     dataset = read_campaigns(data, tests)
+    # Without this the tests that are held out would be fitted, and shown as unseen.
+    require_training(dataset, ", ".join(map(str, data)))
     said: list[str] = []
     with keeping(), progress("refine") as tick:
         stages = Stages(tick)

@@ -23,6 +23,7 @@ from ..common.options import (
     given_names,
     named_model,
     read_data,
+    require_training,
 )
 
 if TYPE_CHECKING:
@@ -92,8 +93,7 @@ def train(
     """Train a friction model on the tests of the role `train` and save it with its model card."""
     model = named_model(family, parameters or [])
     dataset = read_data(data, tests)
-    if dataset.select("train").points.empty:
-        raise InputError(f"{data}: no test has the role 'train'; allowed: at least one")
+    require_training(dataset, data)
     if not load_uncertainty:
         dataset = dataset.without_load_uncertainty()
     from friction_models.models.effective_variance import honoured_sentence

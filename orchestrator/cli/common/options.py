@@ -115,6 +115,14 @@ def read_data(
     return dataset
 
 
+def require_training(dataset: DataSet, data: object) -> None:
+    """Raise InputError: all tests are held out, so nothing is left to learn from."""
+    if not len(dataset.select("train").points):
+        raise InputError(
+            f"{data}: no test has the role 'train'; allowed: at least one (tribofmu tests DATA --set TEST:role=train)"
+        )
+
+
 def swapped(system: System, swap: Iterable[str] | None, names: Path | None = None) -> System:
     """Return the system with other models in the components that `--swap` names; `--names` says how their variables are called."""
     from ...cosim.swapping import swap_model
@@ -178,6 +186,8 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
 
 def _near(path: Path) -> str:
     """Return "did you mean" with the nearest name beside a missing path."""
+    if path.exists():  # something else that is no model
+        return ""
     beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
     hint = nearest(path.name, beside)
     return f"; did you mean {str(path.parent / hint)!r}?" if hint else ""

@@ -125,6 +125,29 @@ def test_letters_that_the_console_lacks_end_no_command(tmp_path: Path) -> None:
     assert b"M\\xfcller" in done.stdout
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["train", "linear"],
+        ["diagnose", "--model", "linear"],
+        ["refine", "--model", "linear", "--add", "viscous"],
+    ],
+)
+def test_tests_that_are_all_held_out_train_nothing(words: list[str], refused: Check, tmp_path: Path) -> None:
+    roles = pd.DataFrame({"test_id": [f"t{k}" for k in range(6)], "role": "test"})
+    DataSet(points(), roles, {"synthetic": True}).save(tmp_path / "data")
+    out = [] if words[0] == "diagnose" else ["-o", tmp_path / "model"]
+    said = refused(*words, "--data", tmp_path / "data", *out)
+    assert f"{tmp_path / 'data'}: no test has the role 'train'" in said
+
+
+def test_a_file_that_is_no_model_is_not_proposed_as_one(refused: Check, place: Path) -> None:
+    file = place / "data" / "points.csv"
+    assert "did you mean" not in refused("evaluate", file, "--data", place / "data")
+    near = file.with_name("point.csv")
+    assert f"did you mean '{file}'?" in refused("evaluate", near, "--data", place / "data")
+
+
 def test_several_values_of_one_option() -> None:
     assert spread(["compare", "--models", "a", "b", "--data", "d"]) == [
         "compare", "--models", "a", "--models", "b", "--data", "d",
