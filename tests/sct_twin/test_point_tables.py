@@ -92,6 +92,17 @@ def test_the_draft_knows_usual_names_and_what_reads_with_it_is_what_stands_there
     assert points["T"].iloc[0] == pytest.approx(26.85) and points["mu"].iloc[-1] == 0.08
 
 
+def test_short_german_headings_are_known(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    file.write_text("Gleitgeschw. [mm/s];A/A0;Reibzahl;dA/dA0\n1,5;1,2;0,08;1,2\n1,6;1,3;0,07;1,3\n")
+    # The second of two headings for one load is left to the user.
+    assert guess_point_columns(read_file(file)) == {
+        "Gleitgeschw.": {"quantity": "v_rel"},
+        "A/A0": {"quantity": "psi"},
+        "Reibzahl": {"quantity": "mu"},
+    }
+
+
 def test_the_test_table_beside_the_files_is_used(tmp_path: Path) -> None:
     for k in range(3):
         german(tmp_path, f"t{k}.csv", 300.0)
