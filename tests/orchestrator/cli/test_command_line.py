@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -146,6 +147,20 @@ def test_a_file_that_is_no_model_is_not_proposed_as_one(refused: Check, place: P
     assert "did you mean" not in refused("evaluate", file, "--data", place / "data")
     near = file.with_name("point.csv")
     assert f"did you mean '{file}'?" in refused("evaluate", near, "--data", place / "data")
+
+
+def test_a_full_folder_of_temporary_files_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("fmus.native.compile.Path.write_text", full)
+    assert run(["pack", "0.1", "-o", str(tmp_path / "a.fmu")]) == 1
+    said = capsys.readouterr().err
+    assert f"No space left on device, maybe for temporary files in {tmp_path}" in said
+    assert "OSError" not in said
 
 
 def test_several_values_of_one_option() -> None:
