@@ -55,3 +55,7 @@ __getattr__, __all__ = lazily(
         ".training": ["Evaluation", "evaluate"],
     },
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -30,3 +30,7 @@ def __getattr__(name: str) -> Any:
     if name == "virtual_lab":
         return importlib.import_module(".virtual_lab", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -140,10 +140,10 @@ class Reference:
             raise InputError(f"{self.where}: mu is not a finite number at the loads {bad}, allowed: finite")
         return np.maximum(mu, 0.0)
 
-    def step(self, loads: FloatArray, state: FloatArray, dt: float) -> FloatArray:
+    def step(self, loads: FloatArray, state: FloatArray, dt: float, system: Any = None) -> FloatArray:
         """Return the states, shape (n, k), after `dt` seconds; a point without contact keeps its own."""
         points = np.clip(loads, *self.limits)
-        following = self.model.step(points, state, dt)[1]
+        following = self.model.step(points, state, dt, system)[1]
         return np.where(points[:, 2:3] > 0.0, following, state)
 
     def distance(self, loads: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 from friction_models.common import InputError
+from friction_models.common.files import read_json
 
 from ..interface.friction_source import MAX_ONNX_BYTES, FrictionSource, parse_source
 
@@ -54,12 +55,13 @@ def read_source(
         model = load_card(model).model()
     if isinstance(model, str | os.PathLike):
         path = Path(model)
+        home: Path | None = None
         if path.is_dir():
             if not (path / "model.onnx").is_file():
                 raise InputError(
                     f"{path}: no model.onnx in this folder; allowed: a folder written by save(), or an ONNX file"
                 )
-            path = path / "model.onnx"
+            home, path = path, path / "model.onnx"
         if not path.is_file():
             raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
         if path.stat().st_size > MAX_ONNX_BYTES:
@@ -67,7 +69,10 @@ def read_source(
         from ..user_onnx.external import self_contained
 
         content = self_contained(path.read_bytes(), path, MAX_ONNX_BYTES)
-        return _file_source(content, str(path), spec, target)
+        source = _file_source(content, str(path), spec, target)
+        if home is not None and (home / "card.json").is_file():
+            _check_card(source, home)
+        return source
     if spec is not None:
         raise InputError(f"{spec}: a YAML is for a user's own ONNX file; allowed: with an ONNX file only")
     export = getattr(model, "to_onnx", None)
@@ -79,6 +84,16 @@ def read_source(
         written = Path(folder) / "model.onnx"
         export(written)
         return parse_source(written.read_bytes(), type(model).__name__)
+
+
+def _check_card(source: FrictionSource, folder: Path) -> None:
+    """Raise InputError: the graph in a model folder is that of another model than the one that commands predict with."""
+    card = read_json(folder / "card.json")
+    for key in ("family", "formula", "domain", "data"):
+        if key in source.card and key in card and source.card[key] != card[key]:
+            raise InputError(
+                f"{folder}: model.onnx and card.json are of two models ({key} differs); allowed: a folder as save() writes it"
+            )
 
 
 def _file_source(

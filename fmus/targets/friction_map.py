@@ -23,7 +23,7 @@ from friction_models.loads import LOAD_NAMES, MU, QUANTITIES
 
 from ..exports import options
 from ..exports.common import Reference
-from ..exports.numbers.deviation import deviation
+from ..exports.numbers.deviation import deviation, held_system
 from ..exports.numbers.table_target import FrictionTable, tabulate
 from ..interface.friction_source import FrictionSource, parse_source
 from ..interface.ls_struct import VALUES, axis_name
@@ -158,10 +158,11 @@ def _described(source: FrictionSource, table: FrictionTable) -> FrictionSource:
         metadata["tribofmu.domain"] = domain | dict.fromkeys(source.absent)
     drawn = _graph(table)
     bare = parse_source(drawn.build(metadata).SerializeToString(deterministic=True), source.where)
-    found = deviation(source, Reference(bare).mu)
+    found = deviation(source, Reference(bare).mu, table.system)
     shape = " x ".join(f"{len(x)} {n}" for n, x in table.axes.items())
     summary = f"map of {table.mu.size} values ({shape}), off by at most {found.text()}"
     held = [text for text, name in zip(table.held(), table.fixed) if table.left_out[name] > 1e-12]
+    held += held_system(source, table.system)
     metadata["tribofmu.card"] = source.card | {
         "map": {
             "of": {

@@ -27,3 +27,7 @@ __getattr__, __all__ = lazily(
         ".prior": ["fit_from_card"],
     },
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

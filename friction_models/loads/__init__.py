@@ -56,3 +56,7 @@ __getattr__, __all__ = lazily(
         ".tribo_loads": ["TriboLoads", "check_column", "require_loads"],
     },
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

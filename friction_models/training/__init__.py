@@ -38,3 +38,7 @@ __getattr__, __all__ = lazily(
         ".search": ["GridSearch", "best_parameters", "cross_validate", "fit_all", "grid_search"],
     },
 )
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 something failed; 2 bad input (a file, a name, a value, an
 from __future__ import annotations
 
 import errno
+import io
 import os
 import signal
 import sys
@@ -23,6 +24,8 @@ _BAD_NAMES = {
     *(errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.EACCES, errno.EPERM),
     *(errno.ENAMETOOLONG, errno.EROFS, errno.ELOOP, errno.EINVAL),
 }
+#: Errors of a full disk or quota.
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 #: Whose errors are sentences; those of others are shown with their names.
 PACKAGES = ("friction_models", "sct_twin", "forming", "fmus", "orchestrator")
 #: Options that take several values: ``--models A B`` is read as ``--models A --models B``.
@@ -31,6 +34,9 @@ MANY = ("--models", "--add", "--only", "--platforms", "--column", "--rig", "--ca
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
+    # Names of tests and people have any letters; a console or pipe that lacks one (LANG=C, code page 1252) gets its number.
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
     code = run(sys.argv[1:] if arguments is None else list(arguments))
     # All is done and said: there is nothing left to interrupt.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -106,6 +112,12 @@ def _failure(error: Exception) -> int:
         raise error
     if isinstance(error, OSError) and error.filename is not None:
         return _say(f"{error.filename}: {error.strerror}", 2 if error.errno in _BAD_NAMES else 1)
+    if isinstance(error, OSError) and error.errno in _FULL:
+        import tempfile
+
+        # Outputs name themselves: what has no name is written beside them, most of it into temporary files.
+        place = f"maybe for temporary files in {tempfile.gettempdir()}; TMPDIR chooses another folder"
+        return _say(f"{error.strerror}, {place}", 1)
     text = str(error).strip() or type(error).__name__
     ours = type(error).__module__.partition(".")[0] in PACKAGES
     named = text if ours else f"{type(error).__name__}: {text}"

@@ -118,6 +118,13 @@ class Order:
         """Return how probably a model is the best of all, in words."""
         return f"{100 * self.best[name]:.0f} %" if self.judged else "not known"
 
+    def place(self, name: str, to: str = "-") -> str:
+        """Return the 95 % interval of the place of a model, in words."""
+        low, high = self.ranks[name]
+        if not self.judged and len(self.names) > 1:
+            return "not known"
+        return f"{low}" if low == high else f"{low}{to}{high}"
+
     @property
     def indistinct(self) -> list[tuple[str, str]]:
         """Pairs that cannot be told apart."""
@@ -201,7 +208,15 @@ class TestsComparison:
 
     def remarks(self) -> list[str]:
         """Return a sentence for each model that was trained on the tests, and for each whose mu cannot be one."""
-        return [*self.result.remarks(), *self._out_of_range()]
+        return [*self.result.remarks(), *self._moved(), *self._out_of_range()]
+
+    def _moved(self) -> list[str]:
+        """Say for which models loads were moved, since `evaluate` does not do that and finds other errors."""
+        names = [n for n in self.order.names if self.outside[n] and not _left_alone(self.models[n])]
+        if not names:
+            return []
+        said = "loads outside the trained domain are moved to its border, as in the FMU; `evaluate` lets a model folder extrapolate"
+        return [f"{', '.join(names)}: {said}"]
 
     def _out_of_range(self) -> list[str]:
         found = []
@@ -216,14 +231,18 @@ class TestsComparison:
         """Return a text table, best model first, and what can be said about the order."""
         width = max(len(n) for n in self.order.names)
         lines = [self.result.report().rstrip("\n"), ""]
-        lines.append(f"{'model':<{width}}  probability best  place  outside its domain")
+        lines.append(f"{'model':<{width}}  probability best      place  outside its domain")
         for name in self.order.names:
-            low, high = self.order.ranks[name]
-            place = f"{low}" if low == high else f"{low}-{high}"
+            place = self.order.place(name)
             share = self.outside[name]
             said = "not known" if share is None else f"{100 * share:.1f} %"
-            lines.append(f"{name:<{width}}  {self.order.chance(name):>16}  {place:>5}  {said}")
-        return "\n".join([*lines, *self.order.sentences(), *self._out_of_range()]) + "\n"
+            lines.append(f"{name:<{width}}  {self.order.chance(name):>16}  {place:>9}  {said}")
+        return "\n".join([*lines, *self.order.sentences(), *self._moved(), *self._out_of_range()]) + "\n"
+
+
+def _left_alone(model: Predictor) -> bool:
+    """Whether loads stay as they are: an FMU moves them itself, and memory needs distance and speed as they are."""
+    return _is_fmu(model) or bool(getattr(model, "states", None))
 
 
 class _Kept:
@@ -233,9 +252,7 @@ class _Kept:
         self.name = name
         self.model = model
         self.card = getattr(model, "card", None)
-        # An FMU does that itself; memory needs distance and speed as they are.
-        left_alone = _is_fmu(model) or bool(getattr(model, "states", None))
-        self.domain = None if left_alone else known_domain(model)
+        self.domain = None if _left_alone(model) else known_domain(model)
         self.values: FloatArray = np.empty(0)
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> FloatArray:

@@ -21,12 +21,12 @@ from .point_tables import point_files, read_point_tables
 
 #: Words of a heading by which a column is recognised, in the order in which they are tried.
 _WORDS: tuple[tuple[str, str], ...] = (
-    ("mu", r"^(mu|cof|friction ?coefficient|coefficient of friction|reibwert|reibungszahl|reib(ungs)?koeff\w*|µ|μ)$"),
+    ("mu", r"^(mu|cof|friction ?coefficient|coefficient of friction|reibwert|reib(ungs)?zahl|reib(ungs)?koeff\w*|µ|μ)$"),
     ("test_id", r"^(test|test ?id|test ?no|test ?nr|versuch\w*|run|run ?id|probe|specimen|sample|name)$"),
-    ("v_rel", r"^(v|v ?rel|speed|velocity|sliding ?(speed|velocity)|gleitgeschwindigkeit|geschwindigkeit)$"),
+    ("v_rel", r"^(v|v ?rel|speed|velocity|sliding ?(speed|velocity)|(gleit)?geschw(indigkeit)?)$"),
     ("sigma_n", r"^(sigma|sigma ?n|p|pressure|contact ?pressure|normal ?(stress|pressure)|(kontakt)?normalspannung|druck|flaechenpressung)$"),
     ("sd", r"^(sd|s|distance|sliding ?distance|gleitweg|weg|reibweg)$"),
-    ("psi", r"^(psi|surface ?(expansion|enlargement)|oberflaechenvergroesserung)$"),
+    ("psi", r"^(psi|surface ?(expansion|enlargement)|d?a d?a ?0|oberflaechenvergroesserung)$"),
     ("t", r"^(t|time|zeit|t ?since.*|elapsed ?time|messzeit)$"),
     ("T", r"^(temp|temperature|temperatur|t ?contact|contact ?temperature|kontakttemperatur)$"),
 )  # fmt: skip

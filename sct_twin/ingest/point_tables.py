@@ -18,7 +18,7 @@ from friction_models.common.units import conversion
 from friction_models.common.wording import counted
 from friction_models.loads import LOAD_NAMES, DataSet, missing_column
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
-from friction_models.loads.dataset import read_tests
+from friction_models.loads.dataset import read_tests, says_synthetic
 from friction_models.loads.earlier_tables import with_columns_of
 from friction_models.loads.points import check_points
 
@@ -116,39 +116,48 @@ def read_point_tables(
     points = check_points(pd.concat(frames, ignore_index=True), "points")
     table = pd.DataFrame([{"test_id": test, **row} for test, row in tests.items()])
     table = table[table["test_id"].isin(points.frame["test_id"].unique())].reset_index(drop=True)
-    table, more = _with_table_beside(table, source, files)
-    notes += more
-    info = {"synthetic": synthetic, "files": [file.name for file in files]}
+    table, said = _with_tests_beside(table, source, files)
+    notes += said
+    info = {"synthetic": synthetic or says_synthetic(table), "files": [file.name for file in files]}
     return PointTables(DataSet(points.frame, table, info, points.notes), [*notes, *points.notes])
 
 
-def point_files(source: Source) -> list[Path]:
-    """Return the files; of a single folder also tables that are called as those of a data set."""
-    if isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file():
-        return [Path(source) / "points.csv"]
-    files = measurement_files(source)[0]
-    return [file for file in files if not is_test_table(file)] or files
-
-
-def _with_table_beside(
-    tests: pd.DataFrame, source: Source, files: list[Path]
+def _with_tests_beside(
+    table: pd.DataFrame, source: Source, files: list[Path]
 ) -> tuple[pd.DataFrame, list[str]]:
-    """Return the tests with the columns that only the test table beside the files has, and what there is to say."""
+    """Return the test table with the columns that only the one beside the files has, and what there is to say.
+
+    Raises InputError: there are two tables beside the files, or the one is no test table.
+    """
     home = Path(source) if isinstance(source, str | os.PathLike) and Path(source).is_dir() else None
     home = home or measurement_files(files)[1]
     beside = None if home is None else tests_beside(home)
     if beside is None or beside in files:
-        return tests, []
+        return table, []
     known = read_tests(beside)
-    tests, more = with_columns_of(tests, known)
-    unknown = int((~tests["test_id"].isin(known["test_id"])).sum())
-    idle = int((~known["test_id"].isin(tests["test_id"])).sum())
-    notes = [f"{beside.name}: {', '.join(more)} taken for the tests of the same name"] if more else []
-    notes += [f"{beside.name}: {counted(unknown, 'test')} of the points not in it"] if unknown else []
-    return tests, [
-        *notes,
-        *([f"{beside.name}: {counted(idle, 'test')} in it without points"] if idle else []),
-    ]
+    if not table["test_id"].isin(known["test_id"]).any():
+        return table, [f"{beside.name} names none of the tests and is not used"]
+    table, more = with_columns_of(table, known)
+    said = [f"{', '.join(more)}: taken from {beside.name}"] if more else []
+    there, named = set(table["test_id"]), set(known["test_id"])
+    for names, what in ((there - named, "not in"), (named - there, "without points in")):
+        if names:
+            said.append(
+                f"{counted(len(names), 'test')} {what} {beside.name}: {shown(', '.join(sorted(names)), 100)}"
+            )
+    return table, said
+
+
+def _is_data_set(source: Source) -> bool:
+    return isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file()
+
+
+def point_files(source: Source) -> list[Path]:
+    """Return the files; of a single folder also tables that are called as those of a data set."""
+    if isinstance(source, str | os.PathLike) and _is_data_set(source):
+        return [Path(source) / "points.csv"]
+    files = measurement_files(source)[0]
+    return [file for file in files if not is_test_table(file)] or files
 
 
 def _one(
@@ -185,7 +194,7 @@ def _one(
     tests: dict[str, dict[str, Cell]] = {str(test): dict(about) for test in frame["test_id"].unique()}
     gone = names.nunique() - len(tests)
     if gone:
-        notes.append(f"{gone} tests have no row within the limits and are left out")
+        notes.append(f"{counted(gone, 'test')} without a row within the limits left out")
     for name, column in used.items():
         if column.test_table is not None:
             values = _cells(table.frame[name])[kept].reset_index(drop=True)

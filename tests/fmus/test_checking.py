@@ -326,3 +326,15 @@ def test_models_that_cannot_be_packed(source: str, words: str, tmp_path: Path) -
     with pytest.raises(InputError, match=r"model is a dict; allowed"):
         pack({}, tmp_path / "out.fmu")
     assert not (tmp_path / "out.fmu").exists()
+
+
+def test_a_folder_with_the_graph_of_another_model_is_refused(tmp_path: Path) -> None:
+    frame = campaign(tests=4)
+    LinearFriction().fit_frame(frame).save(tmp_path / "linear")
+    LinearFriction().fit_frame(frame.assign(mu=frame["mu"] + 0.02)).save(tmp_path / "other")
+    pack(tmp_path / "linear", tmp_path / "linear.fmu")
+    (tmp_path / "linear" / "model.onnx").write_bytes((tmp_path / "other" / "model.onnx").read_bytes())
+    # The FMU would say another mu than `predict`, which reads parameters.npz.
+    with pytest.raises(InputError, match="are of two models"):
+        pack(tmp_path / "linear", tmp_path / "mixed.fmu")
+    assert not (tmp_path / "mixed.fmu").exists()

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from fmus.exports import export
+from fmus.exports.common import Reference
+from fmus.exports.numbers.deviation import domain_points
 from fmus.exports.numbers.table_target import tabulate
 from fmus.runtime.running import RunningFmu
 from friction_models.common import InputError
@@ -78,6 +80,38 @@ def test_table_says_when_the_tolerance_is_not_met_and_what_it_leaves_out() -> No
     rough = made("linear + tool_roughness").source
     at = [tabulate(rough, axes=["T"], system={rough.system[0].name: x}).mu[0] for x in (0.1, 0.9)]
     assert at[0] != at[1]
+
+
+@pytest.mark.parametrize("target", ["abaqus", "table", "radioss", "calculix"])
+def test_hosts_of_numbers_say_where_they_hold_a_system_variable(target: str, tmp_path: Path) -> None:
+    model = made("linear + tool_roughness")
+    ra = model.source.system[0]
+    folder = export(model.source, tmp_path / target, target)
+    report = json.loads(
+        (folder / ("table.json" if target in ("abaqus", "table") else "fit.json")).read_text()
+    )
+    [said] = [text for text in report["held"] if text.startswith(f"{ra.name} is held at {ra.start:.4g}")]
+    assert said in (folder / "README.txt").read_text()
+    loads = domain_points(model.source)[0]
+    at = [Reference(model.source).mu(loads, system=[x]) for x in (ra.start, ra.lower, ra.upper)]
+    off = np.abs(np.array(at[1:]) - at[0]).max()
+    assert float(said.split("off by up to ")[1]) == pytest.approx(off, rel=0.2)
+    assert off > 1e-5
+
+
+def test_deviation_of_a_table_is_that_at_the_chosen_system_variables(tmp_path: Path) -> None:
+    model = made("linear + tool_roughness")
+    ra = model.source.system[0]
+    at = [tabulate(model.source, system={ra.name: x}).mu.mean() for x in (ra.start, ra.start + 100.0)]
+    assert abs(at[1] - at[0]) > 1e-2
+    options = {"fields": ["sd", "psi"]}
+    largest = []
+    for k, value in enumerate((ra.start, ra.start + 100.0)):
+        folder = export(
+            model.source, tmp_path / str(k), "abaqus", system={ra.name: value}, tolerance=1e-4, **options
+        )
+        largest.append(json.loads((folder / "table.json").read_text())["remaining"]["largest deviation"])
+    assert max(largest) < 1e-3
 
 
 @pytest.mark.parametrize(

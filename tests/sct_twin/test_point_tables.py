@@ -70,7 +70,7 @@ def test_many_tests_in_one_file_with_limits_and_a_column_for_the_test_table(tmp_
     )
     assert found.dataset.tests is not None and found.dataset.tests["lubricant"].tolist() == ["x", "x"]
     assert any("46 of 60 rows" in note for note in found.notes)
-    assert any("1 tests have no row" in note for note in found.notes)
+    assert any("1 test without a row" in note for note in found.notes)
 
 
 def test_the_draft_knows_usual_names_and_what_reads_with_it_is_what_stands_there(tmp_path: Path) -> None:
@@ -90,6 +90,46 @@ def test_the_draft_knows_usual_names_and_what_reads_with_it_is_what_stands_there
     }
     points = read_point_tables(file, {"columns": columns}).dataset.points
     assert points["T"].iloc[0] == pytest.approx(26.85) and points["mu"].iloc[-1] == 0.08
+
+
+def test_short_german_headings_are_known(tmp_path: Path) -> None:
+    file = tmp_path / "table.csv"
+    file.write_text("Gleitgeschw. [mm/s];A/A0;Reibzahl;dA/dA0\n1,5;1,2;0,08;1,2\n1,6;1,3;0,07;1,3\n")
+    # The second of two headings for one load is left to the user.
+    assert guess_point_columns(read_file(file)) == {
+        "Gleitgeschw.": {"quantity": "v_rel"},
+        "A/A0": {"quantity": "psi"},
+        "Reibzahl": {"quantity": "mu"},
+    }
+
+
+def test_the_test_table_beside_the_files_is_used(tmp_path: Path) -> None:
+    for k in range(3):
+        german(tmp_path, f"t{k}.csv", 300.0)
+    (tmp_path / "tests.csv").write_text("test_id;batch;lab\nt0;A;south\nt1;B;south\nt9;A;south\n")
+    columns = {"Zeit": "t", "Geschwindigkeit": "v_rel", "Temperatur": "T", "Reibwert": "mu"}
+    content: dict[str, Any] = {"columns": columns, "metadata": {"lab": "north"}}
+    for source in (tmp_path, sorted(tmp_path.glob("t?.csv"))):
+        found = read_point_tables(source, content)
+        assert found.dataset.tests is not None
+        # What the map says counts before what the table says.
+        assert found.dataset.tests.fillna("").to_dict("list") == {
+            "test_id": ["t0", "t1", "t2"],
+            "lab": ["north"] * 3,
+            "batch": ["A", "B", ""],
+        }
+        assert [note for note in found.notes if "tests.csv" in note] == [
+            "batch: taken from tests.csv",
+            "1 test not in tests.csv: t2",
+            "1 test without points in tests.csv: t9",
+        ]
+    (tmp_path / "tests.csv").write_text("test_id,role\nx,train\n")
+    assert "tests.csv names none of the tests and is not used" in read_point_tables(tmp_path, content).notes
+    (tmp_path / "tests.csv").write_text("test_id,synthetic\nt0,True\n")
+    assert read_point_tables(tmp_path, content).dataset.info["synthetic"]
+    (tmp_path / "tests.tsv").write_text("test_id\tsynthetic\nt0\tTrue\n")
+    with pytest.raises(InputError, match="one test table"):
+        read_point_tables(tmp_path, content)
 
 
 @pytest.mark.parametrize(
@@ -188,9 +228,9 @@ def test_a_table_of_tests_beside_the_points_says_what_is_known_of_them(given: st
         {"test_id": "d", "oil": "x", "batch": ""},
     ]
     assert found.notes == [
-        "tests.csv: batch taken for the tests of the same name",
-        "tests.csv: 1 test of the points not in it",
-        "tests.csv: 1 test in it without points",
+        "batch: taken from tests.csv",
+        "1 test not in tests.csv: d",
+        "1 test without points in tests.csv: c",
     ]
 
 

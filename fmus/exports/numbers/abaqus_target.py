@@ -18,7 +18,7 @@ from ...interface.friction_source import FrictionSource
 from .. import options
 from ..common import Files, c_prefix, description, documents, template
 from ..host_units import HostUnits, host_units
-from .deviation import deviation
+from .deviation import deviation, held_system
 from .table_target import FrictionTable, tabulate
 
 OPTIONS = (
@@ -118,7 +118,8 @@ def abaqus_files(
     host = host_units(units, temperature)
     axes = (*_PLACES, *chosen)
     table = tabulate(source, axes=axes[::-1], **{"max_rows": 5000, **given})
-    found = deviation(source, lambda loads: interpolated(table, loads))
+    found = deviation(source, lambda loads: interpolated(table, loads), table.system)
+    held = [*table.held(), *held_system(source, table.system)]
     prefix = c_prefix(source, name)
     columns = host.columns()
     texts = [f"{n} [{columns[n]}]" for n in axes]
@@ -135,7 +136,7 @@ def abaqus_files(
             for k, t in enumerate((f"{n} [{columns[n]}]" for n in chosen), 1)
         )
         or '  The job needs no field variable. --set "fields=[sd, psi]" makes axes of what it can provide as fields.\n',
-        "FIXED": "\n".join(f"  {line}" for line in table.held()) or "  none",
+        "FIXED": "\n".join(f"  {line}" for line in held) or "  none",
         "MEMORY": "THIS MODEL HAS MEMORY, which a table cannot have: mu is that of a fresh contact point."
         if source.states
         else "The model has no memory.",
@@ -148,7 +149,7 @@ def abaqus_files(
         "tolerance": table.tolerance,
         "tolerance met": table.met,
         "largest error of the interpolation": table.largest,
-        "held": table.held(),
+        "held": held,
         "summary": f"{table.summary()}; with the loads that are held mu is off by at most {found.text()}",
         "remaining": found.report(),
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from friction_models.loads import LOAD_NAMES, QUANTITIES, FloatArray
 
 from ...interface.friction_source import FrictionSource
-from ..common import Reference, test_box
+from ..common import Reference, one_line, test_box
 
 POINTS = 10_000
 #: Steps in which the memory of a point is brought to its sliding distance.
@@ -71,10 +71,51 @@ def with_unit(name: str, value: float) -> str:
     return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
 
 
-def domain_points(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
+def held_system(source: FrictionSource, values: Mapping[str, float] | None = None) -> list[str]:
+    """Return a sentence for each system variable: where a host of numbers holds it, and what that leaves out.
+
+    Parameters
+    ----------
+    values : mapping, optional
+        Where they are held; at their start values by default.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> held_system(read_source(ConstantFriction(mu=0.1)))
+    []
+    """
+    held = {p.name: p.start for p in source.system} | dict(values or {})
+    if not held:
+        return []
+    reference = Reference(source)
+    loads = np.random.default_rng(41).uniform(*test_box(source), size=(500, len(LOAD_NAMES)))
+    own = reference.mu(loads, system=list(held.values()))
+    found = []
+    for p in source.system:
+        value = held[p.name]
+        label = {float(k): f" ({one_line(text)})" for k, text in enumerate(p.labels)}.get(value, "")
+        unit = "" if p.unit == "1" else f" {one_line(p.unit)}"
+        text = f"{p.name} is held at {value:.4g}{unit}{label}"
+        seen = [float(k) for k in range(len(p.labels))]
+        if not seen and p.lower is not None and p.upper is not None:
+            seen = np.linspace(p.lower, p.upper, 5).tolist()
+        if seen:
+            others = [reference.mu(loads, system=list((held | {p.name: x}).values())) for x in seen]
+            off = float(np.abs(np.array(others) - own).max())
+            text += f"; at other values of the training mu is off by up to {off:.2e}"
+        found.append(text)
+    return found
+
+
+def domain_points(
+    source: FrictionSource, system: Mapping[str, float] | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Return loads over the trained domain, shape (n, 5), and mu of the model there, shape (n,).
 
-    A model with memory is asked after each point has slid its distance `sd` at its own constant loads.
+    A model with memory is asked after each point has slid its distance `sd` at its own constant loads. System variables
+    have the values `system`, or else their start values.
 
     Examples
     --------
@@ -85,9 +126,10 @@ def domain_points(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
     ((10000, 5), 0.1)
     """
     reference = Reference(source)
+    values = list(({p.name: p.start for p in source.system} | dict(system or {})).values()) or None
     points = np.random.default_rng(40).uniform(*test_box(source), size=(POINTS, len(LOAD_NAMES)))
     if not source.states:
-        return points, reference.mu(points)
+        return points, reference.mu(points, system=values)
     v, sd = points[:, 0], points[:, 3]
     dt = sd / np.maximum(v, 1e-3) / _STEPS
     mu = np.empty(POINTS)
@@ -97,13 +139,17 @@ def domain_points(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
         for k in range(_STEPS):
             at = points[part].copy()
             at[:, 3] = sd[part] * (k + 1) / _STEPS
-            state = reference.step(at, state, float(dt[part].mean()))
-        mu[part] = reference.mu(points[part], state)
+            state = reference.step(at, state, float(dt[part].mean()), values)
+        mu[part] = reference.mu(points[part], state, system=values)
     return points, mu
 
 
-def deviation(source: FrictionSource, host: Callable[[FloatArray], FloatArray]) -> Deviation:
-    """Return how far `host`, mu at loads of shape (n, 5), stays from the model.
+def deviation(
+    source: FrictionSource,
+    host: Callable[[FloatArray], FloatArray],
+    system: Mapping[str, float] | None = None,
+) -> Deviation:
+    """Return how far `host`, mu at loads of shape (n, 5), stays from the model at the system variables `system`.
 
     Examples
     --------
@@ -113,7 +159,7 @@ def deviation(source: FrictionSource, host: Callable[[FloatArray], FloatArray]) 
     >>> round(found.largest, 12)
     0.02
     """
-    points, mu = domain_points(source)
+    points, mu = domain_points(source, system)
     off = np.abs(host(points) - mu)
     k = int(np.argmax(off))
     place = {n: float(x) for n, x in zip(LOAD_NAMES, points[k])}

@@ -21,7 +21,7 @@ from ...interface.friction_source import FrictionSource
 from .. import options
 from ..common import Files, Reference, c_prefix, description, documents, template, test_box
 from ..host_units import HostUnits, host_units
-from .deviation import Deviation, deviation, domain_points, with_unit
+from .deviation import Deviation, deviation, domain_points, held_system, with_unit
 
 OPTIONS = {
     "radioss": ("name", "units", "fixed"),
@@ -121,13 +121,13 @@ def _slice(source: FrictionSource, held: Mapping[str, float]) -> tuple[FloatArra
 def _texts(
     source: FrictionSource, prefix: str, host: HostUnits, held: Mapping[str, float], found: Deviation
 ) -> dict[str, str]:
-    rows = [f"  {n} is held at {with_unit(n, x)}" for n, x in held.items()]
+    rows = [*(f"{n} is held at {with_unit(n, x)}" for n, x in held.items()), *held_system(source)]
     return description(source) | {
         "P": prefix,
         "UNITS": host.text(),
         "DEVIATION": found.text(),
         "LARGEST": f"{found.largest:.3g}",
-        "FIXED": "\n".join(rows),
+        "FIXED": "\n".join(f"  {row}" for row in rows),
         "MEMORY": "THIS MODEL HAS MEMORY, which the host cannot have: mu is fitted to a fresh contact point."
         if source.states
         else "The model has no memory.",
@@ -176,7 +176,7 @@ def radioss_files(
         "C": c[1:].tolist(),
         "units": host.text(),
         "summary": f"Ifric {chosen} is off by at most {found.text()}",
-        "held": [f"{n} is held at {with_unit(n, x)}" for n, x in held.items()],
+        "held": [*(f"{n} is held at {with_unit(n, x)}" for n, x in held.items()), *held_system(source)],
         "largest deviation at the held loads, by Ifric": {str(k): e for k, e in errors.items()},
         "remaining": found.report(),
     }
@@ -240,7 +240,7 @@ def calculix_files(
         "stick slope": slope,
         "units": host.text(),
         "summary": f"mu = {mu:g} is off by at most {remains.text()}",
-        "held": [],
+        "held": held_system(source),
         "remaining": remains.report(),
     }
     return {

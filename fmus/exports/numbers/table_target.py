@@ -22,7 +22,7 @@ from ...interface.friction_source import FrictionSource
 from ...interface.quantities import USUAL
 from .. import options
 from ..common import Reference, description, documents, template
-from .deviation import with_unit
+from .deviation import held_system, with_unit
 from .grid import Grid
 
 OPTIONS = ("axes", "points", "limits", "fixed", "system", "tolerance", "max_rows", "start_memory")
@@ -203,6 +203,7 @@ def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
     ['LICENSE.txt', 'README.txt', 'card.json', 'model.onnx', 'mu_table.csv', 'mu_table.txt', 'table.json']
     """
     table = tabulate(source, **given)
+    system = held_system(source, table.system)
     values = description(source) | {
         "SUMMARY": table.summary(),
         "AXES": "\n".join(
@@ -210,7 +211,7 @@ def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
             for n, x in table.axes.items()
         ),
         "FIXED": "\n".join(f"  {line}" for line in table.held()) or "  none",
-        "SYSTEM_VALUES": "\n".join(f"  {n} = {v:g}" for n, v in table.system.items()) or "  none",
+        "SYSTEM_VALUES": "\n".join(f"  {line}" for line in system) or "  none",
         "MEMORY": (
             "THIS MODEL HAS MEMORY, which a table cannot have: mu is that of a fresh contact point."
             if source.states
@@ -220,7 +221,7 @@ def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
     report = {
         "axes": {n: x.tolist() for n, x in table.axes.items()},
         "fixed": table.fixed,
-        "held": table.held(),
+        "held": [*table.held(), *system],
         "largest change of mu over the trained range of a fixed load": table.left_out,
         "system": table.system,
         "rows": int(table.mu.size),

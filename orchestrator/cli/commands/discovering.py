@@ -148,6 +148,8 @@ def refine(
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
     friction = any_model(model)
     dataset = read_campaigns(data, tests)
+    # Without this the tests that are held out would be fitted, and shown as unseen.
+    learning_part(dataset, ", ".join(map(str, data)))
     said: list[str] = []
     with keeping(), progress("refine") as tick:
         stages = Stages(tick)

@@ -165,7 +165,7 @@ def points(
 ) -> None:
     """Turn tables of points of any laboratory into a data set: names and units of the contract, and a test table.
 
-    Reads what `ingest` reads. Of a data set that is written anew the test tables before are kept in the folder `earlier`, and columns that
+    Reads what `ingest` reads; a tests.csv beside the files adds its columns. Of a data set that is written anew the test tables before are kept in the folder `earlier`, and columns that
     only they have (role, batch) stay. Without --map the columns must be called as in a data set; --dry-run drafts a map.
     """
     from friction_models.loads.dataset import read_tests

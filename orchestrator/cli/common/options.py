@@ -126,8 +126,8 @@ def learning_part(dataset: DataSet, where: object) -> DataSet:
     part = dataset.select("train")
     if part.points.empty and not dataset.points.empty:
         raise InputError(
-            f"{where}: no test has the role 'train'; allowed: at least one, or no role at all (a test without a role "
-            "beside others with one is left out)"
+            f"{where}: no test has the role 'train'; allowed: at least one (tribofmu tests DATA --set TEST:role=train), or "
+            "no role at all"
         )
     return part
 
@@ -195,6 +195,8 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
 
 def _near(path: Path) -> str:
     """Return "did you mean" with the nearest name beside a missing path."""
+    if path.exists():  # something else that is no model
+        return ""
     beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
     hint = nearest(path.name, beside)
     return f"; did you mean {str(path.parent / hint)!r}?" if hint else ""

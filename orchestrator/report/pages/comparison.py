@@ -78,12 +78,11 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
     rows = []
     for name in c.order.names:
         e, share = c.result.errors[name], c.outside[name]
-        low, high = c.order.ranks[name]
         rows.append(
             (
                 name, _interval(e.mae, e.mae_interval), _interval(e.rmse, e.rmse_interval),
                 _interval(e.bias, e.bias_interval, "+"), "not known" if share is None else f"{100 * share:.1f}",
-                c.order.chance(name), f"{low}" if low == high else f"{low} to {high}",
+                c.order.chance(name), c.order.place(name, " to "),
             )
         )  # fmt: skip
     page.add(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -110,6 +112,55 @@ def test_help_loads_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == "[]"
     assert all(command in done.stdout for command in COMMANDS)
+
+
+def test_letters_that_the_console_lacks_end_no_command(tmp_path: Path) -> None:
+    (tmp_path / "tests.csv").write_text("test_id,operator\nt1,M\u00fcller\n", encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", "from orchestrator.cli import main; main()", "tests", str(tmp_path)],
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"M\\xfcller" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["train", "linear"],
+        ["diagnose", "--model", "linear"],
+        ["refine", "--model", "linear", "--add", "viscous"],
+    ],
+)
+def test_tests_that_are_all_held_out_train_nothing(words: list[str], refused: Check, tmp_path: Path) -> None:
+    roles = pd.DataFrame({"test_id": [f"t{k}" for k in range(6)], "role": "test"})
+    DataSet(points(), roles, {"synthetic": True}).save(tmp_path / "data")
+    out = [] if words[0] == "diagnose" else ["-o", tmp_path / "model"]
+    said = refused(*words, "--data", tmp_path / "data", *out)
+    assert f"{tmp_path / 'data'}: no test has the role 'train'" in said
+
+
+def test_a_file_that_is_no_model_is_not_proposed_as_one(refused: Check, place: Path) -> None:
+    file = place / "data" / "points.csv"
+    assert "did you mean" not in refused("evaluate", file, "--data", place / "data")
+    near = file.with_name("point.csv")
+    assert f"did you mean '{file}'?" in refused("evaluate", near, "--data", place / "data")
+
+
+def test_a_full_folder_of_temporary_files_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("fmus.native.compile.Path.write_text", full)
+    assert run(["pack", "0.1", "-o", str(tmp_path / "a.fmu")]) == 1
+    said = capsys.readouterr().err
+    assert f"No space left on device, maybe for temporary files in {tmp_path}" in said
+    assert "OSError" not in said
 
 
 def test_several_values_of_one_option() -> None:

@@ -76,6 +76,9 @@ def test_order_domain_and_pairs_on_tests() -> None:
     assert content["models"]["far"]["probability_best"] == 0.0 and content["models"]["far"]["rmse"] > 0.009
     assert content["order"]["units"] == 12 and len(content["order"]["pairs"]) == 6
     assert "cannot be told apart on 12 tests" in c.report()
+    # `evaluate` extrapolates: whoever sees both errors must know why they differ.
+    [said] = [line for line in c.report().splitlines() if "moved to its border" in line]
+    assert said.startswith("far: ") and said in c.remarks()
 
 
 def test_the_unit_is_the_test_and_few_of_them_prove_nothing() -> None:
@@ -87,6 +90,9 @@ def test_the_unit_is_the_test_and_few_of_them_prove_nothing() -> None:
     assert few.order.best["near"] == 1.0 and few.order.indistinct == [("near", "far")]
     assert f"at least {FEWEST_UNITS} tests are needed" in few.report()
     assert few.report().startswith("near is ahead, but not clearly, of far")
+    # No pair is told apart, so no model has a place of its own either.
+    assert few.order.place("near") == few.order.place("far") == "not known"
+    assert c.order.place("even") == "1-2" and c.order.place("odd", " to ") == "1 to 2"
 
 
 def test_a_model_without_limits_has_no_domain() -> None:
