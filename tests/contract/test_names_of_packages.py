@@ -7,7 +7,7 @@ import importlib
 import pytest
 
 PACKAGES = ["friction_models", "fmus", "forming", "orchestrator", "sct_twin"]
-PARTS = ["cards", "loads", "training"]
+PARTS = ["cards", "discovery", "loads", "training"]
 
 
 @pytest.mark.parametrize("name", [*PACKAGES, *(f"friction_models.{part}" for part in PARTS)])

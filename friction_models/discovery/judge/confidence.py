@@ -53,7 +53,7 @@ def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tes
         "seen": _powers(evidence.p_value),
         "certain": float(np.clip(confirmed.certain, 0.0, MOST_CERTAIN)),
         "gap": _gap(found, held),
-        "missing": shares.missing / shares.base if shares is not None else 0.0,
+        "missing": shares.missing / shares.base if shares is not None and shares.base > 0.0 else 0.0,
         "held": float(len(held)),
         "reference": min(shares.certainty, MOST_SURE) if shares is not None else 0.0,
         "structure": _powers(evidence.structure.p_value),

@@ -72,6 +72,13 @@ def test_an_effect_with_a_constant_load_does_not_lead() -> None:
     assert first.name != "flash_temperature"
 
 
+@pytest.mark.parametrize("mu", [0.0, 5.0])
+def test_a_friction_that_is_everywhere_the_same_lacks_nothing(mu: float, stribeck: Table) -> None:
+    """A channel of another quantity, or of nothing: the base leaves no error to take shares of."""
+    points, tests = stribeck
+    assert diagnose(points.assign(mu=mu), tests).verdict == "nothing_missing"
+
+
 def test_structure_may_come_from_a_load_that_is_not_there(stribeck: Table) -> None:
     answer = diagnose(stribeck[0][["test_id", "sigma_n", "mu"]])
     assert answer.verdict != "nothing_missing" and answer.confidence <= 0.5
