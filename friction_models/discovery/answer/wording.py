@@ -144,6 +144,8 @@ def sentence(
             f"no effect in the catalogue is missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
             f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
         )
+    if confidence <= 0.5:
+        return f"nothing can be seen to be missing from {model}, but these tests do not rule it out {sure}."
     if close is not None:
         return (
             f"nothing is missing from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
