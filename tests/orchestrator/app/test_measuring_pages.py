@@ -104,7 +104,7 @@ def test_a_data_set_of_others_is_brought_with_its_test_table(tmp_path: Path) -> 
         await user.open("/measurements?raw=points")
         await until(lambda: "9 tests, 9 points" in shown(user))
         await user.should_see("1 file (1 CSV)")
-        await user.should_see("batch taken for the tests of the same name")
+        await user.should_see("batch: taken from tests.csv")
         user.find("Make the data set").click()
         await until(lambda: bool(waiting(worker)))
         assert "tribofmu points raw/points/points.csv --map" in waiting(worker)[0]

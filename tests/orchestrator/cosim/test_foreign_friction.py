@@ -259,7 +259,8 @@ def test_commands_take_an_fmu_of_others(
     assert "not known" in said.out and "sd, psi do not enter it; room stays at" in said.err
     assert run(["diagnose", "--model", fmu, *given, "--json", str(tmp_path / "d.json")]) == 0
     assert json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))["verdict"] == "nothing_missing"
-    assert "nothing is missing from the late.fmu model" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "NOTHING_MISSING: nothing " in told and "missing from the late.fmu model" in told
     capsys.readouterr()
     names.write_text(yaml.safe_dump({fmus["late"].name: ENTRY | {"mu": "coff"}}), encoding="utf-8")
     assert run(["evaluate", fmu, *given]) == 2
