@@ -32,8 +32,10 @@ def read_yaml(file: Path) -> Any:
     try:
         text = file.read_text(encoding="utf-8-sig")
         _check_events(text, str(file))
-        _check_keys(yaml.compose(text, Loader=yaml.SafeLoader), str(file))
-        content = yaml.safe_load(text)
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        _check_keys(node, str(file))
+        content = None if node is None else loader.construct_document(node)
         _check_numbers(content, str(file))
         return content
     except InputError:
