@@ -38,10 +38,24 @@ def diagnose(data: str, model: str) -> Command:
     return Command(f"What is {short(model)} missing?", arguments)
 
 
+def model_name(name: str, data: str, learnt: Mapping[str, str]) -> str:
+    """Return how a model of some measurements is called: another name where that of others has this one, so that none is replaced.
+
+    `learnt` says of the models that there are what they were fitted to.
+
+    Examples
+    --------
+    >>> model_name("linear", "data/sct", {"models/linear": "data/oil"}), model_name("linear", "data/sct", {})
+    ('linear-sct', 'linear')
+    """
+    taken = learnt.get(f"models/{name}", data) != data
+    return name_of(f"{name}-{short(data)}") if taken else name
+
+
 def refine(data: str, model: str, effects: Sequence[str], learnt: Mapping[str, str] | None = None) -> Command:
     """Add effects to a model.
 
-    `learnt` says of models that there are what they were fitted to: one of other measurements is not replaced.
+    `learnt` as for `model_name`.
 
     Examples
     --------
@@ -51,9 +65,7 @@ def refine(data: str, model: str, effects: Sequence[str], learnt: Mapping[str, s
     'models/linear-factor-batch-sct'
     """
     added = "-".join(name_of(effect) for effect in effects)
-    out = f"models/{name_of(f'{short(model)}-{added}')}"
-    if (learnt or {}).get(out, data) != data:
-        out = f"models/{name_of(f'{short(out)}-{short(data)}')}"
+    out = f"models/{model_name(name_of(f'{short(model)}-{added}'), data, learnt or {})}"
     page = f"reports/refined-{short(data)}-{short(out)}.html"
     arguments = ("refine", "--data", data, "--model", model, "--add", *effects, "-o", out, "--report", page)
     return Command(

@@ -7,7 +7,7 @@ import asyncio
 from nicegui import ui
 
 from .. import commands
-from ..project import Project, history, name_of
+from ..project import Project, history
 from .frame import page_head
 from .parts import action, badge, choice, empty, line, say, section, words
 from .parts import button as press
@@ -63,8 +63,7 @@ async def show(view: View) -> None:
 
 def _data(view: View) -> str:
     """Show on which measurements models are compared, where there are several, and return them."""
-    project = view.project
-    sets = {project.relative(p): commands.short(project.relative(p)) for p in project.data_sets()}
+    sets = view.data_sets()
     asked = view.query.get("data", "")
     data = asked if asked in sets else view.story().data
     if len(sets) > 1:
@@ -111,9 +110,7 @@ def _train(view: View, data: str, learnt: dict[str, str], unfolded: bool) -> Non
     models = view.project.root / "models"
     offers = []
     for family in ("linear", "polynomial", "power_law"):
-        # A model of other measurements is not replaced.
-        taken = learnt.get(f"models/{family}", data) != data
-        name = name_of(f"{family}-{commands.short(data)}") if taken else family
+        name = commands.models.model_name(family, data, learnt)
         if not (models / name).exists():
             offers.append(commands.models.train(data, family, name))
     if not offers:

@@ -95,7 +95,7 @@ def _answer(view: View, story: Story) -> tuple[Answer, ReadPage | None]:
 
 def _choices(view: View, story: Story) -> None:
     project = view.project
-    sets = {project.relative(p): commands.short(project.relative(p)) for p in project.data_sets()}
+    sets = view.data_sets()
     models = {name: f"{name} (fitted when asked)" for name in commands.models.FAMILIES}
     models |= {project.relative(p): p.name for p in project.models()}
     models.setdefault(story.model, story.model)

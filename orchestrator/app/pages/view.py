@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ...report.reading import ReadPage, read_page
-from ..commands import Command
+from ..commands import Command, short
 from ..commands.models import FAMILIES
 from ..project import HISTORY, Project, history
 from ..project.history import Round, Story
@@ -37,6 +37,11 @@ class View:
     query: Mapping[str, str]
     started: Callable[[], None]
     kept: dict[str, Any] = field(default_factory=dict)
+
+    def data_sets(self) -> dict[str, str]:
+        """Return the data sets of the project, and what pages call them."""
+        places = map(self.project.relative, self.project.data_sets())
+        return {place: short(place) for place in places}
 
     def lines(self) -> list[dict[str, object]]:
         """Return the history."""
