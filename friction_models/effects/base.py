@@ -23,6 +23,8 @@ from ..models.variables import StateVariable
 FloatArray = npt.NDArray[np.float64]
 #: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`).
 Spans = Mapping[str, tuple[float, ...]]
+#: Shape parameters by name: numbers, or rows of shape [1, g] for g sets at once.
+Parameters = Mapping[str, Value]
 
 
 @dataclass(frozen=True)
@@ -309,9 +311,7 @@ class Effect:
         """Return between which values a fit may move a shape parameter whose scan values these are."""
         return max(shape.lower, 0.5 * float(values.min())), min(shape.upper, 2.0 * float(values.max()))
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         """Return one column of shape [n, 1] per amplitude.
 
         Parameters
@@ -327,16 +327,16 @@ class Effect:
         """
         raise TypeError(f"effect {self.name!r} declares no basis")
 
-    def start_state(self, p: Mapping[str, Any]) -> tuple[Any, ...]:
+    def start_state(self, p: Parameters) -> tuple[Any, ...]:
         """Return the states of fresh contact."""
         return (0.0,) * len(self.states)
 
-    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext) -> tuple[Value, ...]:
+    def rate(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         """Return the time derivative of every state [1/s times its unit]."""
         return ()
 
     def advance(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext, dt: Value
+        self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
     ) -> tuple[Value, ...]:
         """Return the states after `dt` seconds under constant loads; forward Euler unless a subclass is exact."""
         old = [context.state[name] for name, _ in self.states]

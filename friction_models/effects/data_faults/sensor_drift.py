@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext
+from ..base import Amplitude, Effect, EffectContext, Parameters
 
 
 class SensorDrift(Effect):
@@ -43,7 +40,5 @@ class SensorDrift(Effect):
     metadata = ("order",)
     metadata_units = ("1",)
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (context.system["order"] / 100.0 + 0.0 * L.sd,)

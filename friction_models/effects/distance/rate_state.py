@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class RateState(Effect):
@@ -76,20 +75,18 @@ class RateState(Effect):
     )
     states = (("age", "s"),)
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         direct = x.log(L.v_rel / p["v_0"] + 0.1)
         return (direct, x.log(p["v_0"] / p["D_c"] * x.maximum(context.state["age"], 1e-12)))
 
-    def start_state(self, p: Mapping[str, Any]) -> tuple[Any, ...]:
+    def start_state(self, p: Parameters) -> tuple[Any, ...]:
         return (p["age_0"],)
 
-    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext) -> tuple[Value, ...]:
+    def rate(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (1.0 - L.v_rel * context.state["age"] / p["D_c"],)
 
     def advance(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext, dt: Value
+        self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
     ) -> tuple[Value, ...]:
         # exact for constant speed; (1 - exp(-a))/a is replaced by its limit where the contact rests
         a = L.v_rel * dt / p["D_c"]

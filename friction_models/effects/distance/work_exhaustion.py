@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 J_PER_MM2 = 1e-3  # one N/mm (= mu * MPa * mm) in J/mm2
 
@@ -64,10 +61,8 @@ class WorkExhaustion(Effect):
     states_need_shapes = False
     needs_mu = True
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (1.0 - x.exp(-x.power(x.relu(context.state["work"]) / p["W_c"], p["n"])),)
 
-    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext) -> tuple[Value, ...]:
+    def rate(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (J_PER_MM2 * context.mu * L.sigma_n * L.v_rel,)

@@ -11,7 +11,7 @@ import numpy as np
 from ...expressions.ops import Ops, Value
 from ...expressions.periodic import cosine
 from ...loads.contract import QUANTITIES
-from ..base import ShapeParameter
+from ..base import Parameters, ShapeParameter
 
 #: A load below this share of its largest value counts as that share where its logarithm or power is taken.
 LEAST = 0.01
@@ -24,8 +24,6 @@ SMALL = 1e-6
 
 #: Curves of a product that have no parameters.
 STRAIGHT = ("line", "share")
-
-Parameters = Mapping[str, Any]
 
 
 @dataclass(frozen=True)

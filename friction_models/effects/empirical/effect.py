@@ -12,7 +12,7 @@ import numpy as np
 from ...expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.contract import QUANTITIES
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter, Spans
 from .terms import Term, parse_term
 
 PREFIX = "empirical:"
@@ -62,9 +62,7 @@ class Empirical(Effect):
         step = (most - least) / max(len(values) - 1, 1)
         return max(low, least - 0.9 * step, 0.7 * least), min(high, most + 0.9 * step, most * 1.2)
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         loads = {n: getattr(L, n) for n in self.term.loads}
         mean, slopes = self._trend(p)
         value = self.term.value(x, loads, p) - mean
@@ -75,7 +73,7 @@ class Empirical(Effect):
                 value = value * _fade(x, getattr(L, name), name, p)
         return (value,)
 
-    def _trend(self, p: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+    def _trend(self, p: Parameters) -> tuple[Any, dict[str, Any]]:
         """Return mean and slopes of the curve over the tested ranges, each load as -1 to 1."""
         names = self.term.loads
         along = np.linspace(-1.0, 1.0, PLACES[len(names)])
@@ -101,13 +99,13 @@ def _range(spans: Spans, name: str) -> tuple[float, float]:
     return (low, high) if high > low else (low, low + max(1e-3, 1e-3 * abs(low)))
 
 
-def _place(column: Value, name: str, p: Mapping[str, Any]) -> Value:
+def _place(column: Value, name: str, p: Parameters) -> Value:
     """Return a load as -1 to 1 over its tested range."""
     low, high = p[f"lo_{name}"], p[f"hi_{name}"]
     return (column - 0.5 * (low + high)) * (2.0 / (high - low))
 
 
-def _fade(x: Ops, column: Value, name: str, p: Mapping[str, Any]) -> Value:
+def _fade(x: Ops, column: Value, name: str, p: Parameters) -> Value:
     """Return 1 in the tested range of a load, and a smooth fall to 0 within `FADE` of the range beyond."""
     beyond = x.relu(x.abs(_place(column, name, p)) - 1.0)
     s = x.minimum(beyond * (0.5 / FADE), 1.0)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from ...expressions.ops import LoadColumns, Ops, Value
 from ...loads import FloatArray
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter, Spans
 
 #: Batches that are tried.
 MOST = 60
@@ -65,8 +62,6 @@ class Batch(Effect):
         known = np.unique(spans.get("batch", (self.start_shape()["deviating"],)))[:MOST]
         return {"deviating": np.array([self.fixed["deviating"]]) if self.fixed else known}
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         distance = x.abs(context.system["batch"] + 0.0 * L.sd - p["deviating"])
         return (x.relu(1.0 - distance),)

@@ -13,7 +13,7 @@ from ...common import InputError, shown
 from ...expressions.ops import LoadColumns, Ops, Value
 from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter, Spans
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter, Spans
 from .batch import MOST
 
 PREFIX = "factor:"
@@ -78,9 +78,7 @@ class Factor(Effect):
         values |= {n: (v,) for n, v in self.fixed.items()}
         return {s.name: np.array(values[s.name]) for s in self.shapes}
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         value = context.system[self.metadata[0]] + 0.0 * L.sd
         if self.pooled:
             return tuple(x.relu(1.0 - x.abs(value - float(k))) for k in range(len(self.labels)))

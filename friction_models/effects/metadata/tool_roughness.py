@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext
+from ..base import Amplitude, Effect, EffectContext, Parameters
 
 
 class ToolRoughness(Effect):
@@ -38,7 +35,5 @@ class ToolRoughness(Effect):
     metadata = ("Ra",)
     metadata_units = ("um",)
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (context.system["Ra"] + 0.0 * L.sd,)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class PressurePower(Effect):
@@ -42,7 +39,5 @@ class PressurePower(Effect):
         ShapeParameter("q", "1", "exponent", 0.05, 1.5, 0.5, values=(0.1, 0.3, 0.5, 0.75, 1.0)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (x.power(L.sigma_n / p["s_0"] + 0.01, -p["q"]),)

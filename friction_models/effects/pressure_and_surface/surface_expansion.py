@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class SurfaceExpansion(Effect):
@@ -49,7 +46,5 @@ class SurfaceExpansion(Effect):
         ),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (1.0 - x.exp(-x.relu(L.psi - 1.0) / p["psi_c"]),)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 T_REF = 20.0  # degC
 
@@ -63,8 +60,6 @@ class Hersey(Effect):
         ShapeParameter("d", "1", "steepness", 0.3, 2.0, 1.0, values=(0.5, 1.0)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         number = L.v_rel / (x.relu(L.sigma_n) + 1e-9) / p["h_0"] * x.exp(-p["beta"] * (L.T - T_REF))
         return (x.exp(-x.power(number + 1e-9, p["d"])),)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class RisingSpeed(Effect):
@@ -50,7 +47,5 @@ class RisingSpeed(Effect):
         ShapeParameter("n", "1", "exponent", 0.02, 0.9, 0.1, values=(0.02, 0.3, 0.6)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return ((x.power(1.0 + L.v_rel / p["v_1"], p["n"]) - 1.0) / p["n"],)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class Stribeck(Effect):
@@ -42,7 +39,5 @@ class Stribeck(Effect):
         ShapeParameter("d", "1", "steepness", 0.5, 2.0, 1.0, values=(0.5, 1.0, 2.0)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (x.exp(-x.power(L.v_rel / p["v_s"], p["d"])),)

@@ -5,11 +5,8 @@ Viscosity depends on temperature only; no effect of the catalogue lets it rise w
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 T_REF = 20.0  # degC
 
@@ -65,9 +62,7 @@ class Viscous(Effect):
         ShapeParameter("m", "1", "share of the pressure", 0.0, 1.0, 1.0, values=(0.0, 1.0)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         speed = L.v_rel / p["v_0"] + 1e-6
         pressure = x.power((L.sigma_n + p["s_0"]) / (2.0 * p["s_0"]), -p["m"] * p["q"])
         return (x.power(speed, p["q"]) * pressure * x.exp(-p["beta"] * p["q"] * (L.T - T_REF)),)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class FlashTemperature(Effect):
@@ -58,8 +55,6 @@ class FlashTemperature(Effect):
     )
     needs_mu = True
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         heating = x.relu(context.mu) * L.sigma_n * x.sqrt(L.v_rel)
         return (1.0 / (1.0 + x.power(heating / p["q_c"] + 1e-9, p["n"])),)

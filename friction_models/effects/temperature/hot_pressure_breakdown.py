@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class HotPressureBreakdown(Effect):
@@ -63,8 +60,6 @@ class HotPressureBreakdown(Effect):
         ShapeParameter("w", "1", "width of the transition", 0.02, 1.0, 0.15, values=(0.08, 0.2)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         strained = L.sigma_n * x.exp(p["gamma"] * (L.T - 20.0))
         return (x.sigmoid((strained / p["s_k"] - 1.0) / p["w"]),)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class ThermalBreakdown(Effect):
@@ -51,7 +48,5 @@ class ThermalBreakdown(Effect):
         ShapeParameter("w", "K", "width of the transition", 2.0, 200.0, 20.0, values=(8.0, 18.0, 40.0)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (x.sigmoid((L.T - p["T_b"]) / p["w"]),)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, ShapeParameter
+from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 T_REF = 20.0  # degC
 
@@ -52,7 +49,5 @@ class ThermalSoftening(Effect):
         ShapeParameter("n", "1", "steepness", 1.0, 4.0, 1.0, values=(1.0, 2.0)),
     )
 
-    def basis(
-        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
-    ) -> tuple[Value, ...]:
+    def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (x.exp(-x.power(x.relu(L.T - T_REF) / p["T_s"], p["n"])),)
