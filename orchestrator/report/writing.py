@@ -93,7 +93,7 @@ def _pdf(path: Path, html: str) -> Path:
 
 
 def _workbook(path: Path, html: str) -> Path:
-    """Write each table of a page as a sheet, named by its section."""
+    """Write each table of a page as a sheet, named by the heading above it."""
     from lxml.html import document_fromstring
     from openpyxl import Workbook
     from openpyxl.styles import Font
@@ -102,8 +102,8 @@ def _workbook(path: Path, html: str) -> Path:
     book.remove(book.active)
     page = document_fromstring(html)
     for table in page.iter("table"):
-        section = next((s for s in table.iterancestors("section")), page)
-        heading = section.findtext(".//h2") or "table"
+        headings = table.xpath("preceding::*[self::h2 or self::h3][1]")
+        heading = headings[0].text_content() if headings else "table"
         sheet = book.create_sheet(_sheet_name(heading, taken))
         for row in table.iter("tr"):
             cells = [cell for cell in row if cell.tag in {"th", "td"}]

@@ -18,7 +18,8 @@ from orchestrator.report.writing import check_page_file, write_page_file
 def html() -> str:
     page = Page("A page", kicker="test")
     rows = [("linear", "0.0070"), ("=HYPERLINK(1)", "\u22120.5")]
-    page.add("errors", "Errors: of [models]", table(["model", "RMSE"], rows), table(["b"], [("1",)]))
+    below = "<h3>What to test next</h3>" + table(["test"], [("7",)])
+    page.add("errors", "Errors: of [models]", table(["model", "RMSE"], rows), table(["b"], [("1",)]), below)
     page.add("words", "Words", "<p>none</p>")
     return page.render()
 
@@ -26,7 +27,7 @@ def html() -> str:
 def test_tables_become_sheets_and_texts_no_formulas(html: str, tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.load_workbook(write_page_file(tmp_path / "p.xlsx", html))
-    assert book.sheetnames == ["Errors  of  models", "Errors  of  models 2"]
+    assert book.sheetnames == ["Errors  of  models", "Errors  of  models 2", "What to test next"]
     sheet = book.worksheets[0]
     assert [[c.value for c in row] for row in sheet.rows] == [
         ["model", "RMSE"],
