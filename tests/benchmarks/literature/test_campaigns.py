@@ -11,6 +11,9 @@ from benchmarks.literature.collection import check_catalogue
 from benchmarks.literature.noise import RECIPES, TEN
 from benchmarks.literature.registry import REGISTER, catalogue_laws, outside_laws
 
+#: What they look at changes with the benchmark alone.
+pytestmark = pytest.mark.nightly
+
 COLUMNS = ["test_id", "t", "v_rel", "T", "sigma_n", "sd", "psi", "mu"]
 
 

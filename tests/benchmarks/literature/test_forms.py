@@ -16,7 +16,8 @@ from scipy.optimize import minimize
 from benchmarks.literature.law import Point, Ranges, State
 from benchmarks.literature.registry import get
 
-pytestmark = pytest.mark.slow
+#: What they look at changes with the benchmark alone.
+pytestmark = pytest.mark.nightly
 
 Array = NDArray[np.float64]
 RANGES = Ranges(

@@ -84,7 +84,7 @@ def test_judge_a_case_in_this_process() -> None:
     assert line["status"] == "ok" and line["refinement"]["rms_base"] > line["refinement"]["rms_floor"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_run_resumes_times_out_and_is_printed(tmp_path: Path) -> None:
     everything = cases(30)
     todo = [next(c for c in everything if c.kind == kind) for kind in ("null", "single", "pair", "outside")]
