@@ -80,6 +80,7 @@ class FrictionModel(FrictionLaw, Drawn):
 
         A further argument ``sample_weight: Weights = None`` receives the weight of each point, mean 1.
         """
+        raise self._without("_fit", "learns from data")
 
     def tangent(self, data: MeasuredPoints) -> Tangent:
         """Return what may still change in the model where effects are fitted together with it.

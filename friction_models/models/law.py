@@ -93,18 +93,26 @@ class FrictionLaw(RegressorMixin, BaseEstimator):
         system : mapping, optional
             System variables by name, each [n, 1] or [1, 1]; a missing one takes its start value.
         """
+        raise self._without("formula", "computes mu")
 
     @abstractmethod
     def formula_text(self) -> str:
         """Return the law in one line of plain text (with numbers where they are few)."""
+        raise self._without("formula_text", "describes the law")
 
     @abstractmethod
     def _learned(self) -> Learned:
         """Return what was learned: JSON-able values and arrays."""
+        raise self._without("_learned", "says what is saved")
 
     @abstractmethod
     def _restore(self, values: JsonObject, arrays: Arrays) -> None:
         """Restore what `_learned` returned; raise `InputError` if values or shapes do not fit."""
+        raise self._without("_restore", "takes back what was saved")
+
+    def _without(self, method: str, what: str) -> InputError:
+        # scikit-learn's base classes have no metaclass that would refuse such a class when it is made.
+        return InputError(f"{type(self).__name__}: the method {method}, which {what}, is not written")
 
     @property
     def states(self) -> tuple[StateVariable, ...]:

@@ -137,6 +137,9 @@ class Attribution(Drawn):
         by_name = {f.cause: f.kind for f in self.ranking}
         return list(dict.fromkeys(by_name[c] for c in self.confusion_set))
 
+    def __repr__(self) -> str:
+        return f"Attribution({self.sentence!r})"
+
     @property
     def sentence(self) -> str:
         """The result in one sentence."""

@@ -17,6 +17,7 @@ from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.imports.drawn import Drawn
 from friction_models.common.netcdf_files import open_dataset, write_dataset
+from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
 from ..jobs.versions import versions
@@ -143,6 +144,11 @@ class Run(Drawn):
         if not stopped and not run.complete:
             raise InputError(f"{place}: the run stopped ({run.message[:300]}); allowed: a complete run")
         return run
+
+    def __repr__(self) -> str:
+        ended = "" if self.complete else ", stopped"
+        size = f"{counted(len(self.time) - 1, 'step')}, {counted(len(self.values), 'result')}"
+        return f"Run({self.name!r} in {str(self.folder)!r}, {size}{ended})"
 
     def __getitem__(self, name: str) -> FloatArray:
         if name not in self.values:

@@ -184,6 +184,9 @@ class Coverage(Drawn):
     beyond_rig: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
+    def __repr__(self) -> str:
+        return f"Coverage({self.sentence!r})"
+
     @property
     def sentence(self) -> str:
         """The result in one sentence."""

@@ -34,7 +34,9 @@ _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 
 
 def guess_point_columns(table: RawTable) -> dict[str, dict[str, str]]:
-    """Return a draft of the columns of a point map: what is recognised by its name, and texts for the test table.
+    """Return a draft of the columns of a point map: what is recognised by its name, and what belongs to the test table.
+
+    To the test table belong texts, and numbers that stay the same all through every test.
 
     Examples
     --------
@@ -44,7 +46,8 @@ def guess_point_columns(table: RawTable) -> dict[str, dict[str, str]]:
     {'quantity': 'T', 'unit': 'K'}
     """
     columns: dict[str, dict[str, str]] = {}
-    for heading in map(str, table.frame.columns):
+    headings = [str(heading) for heading in table.frame.columns]
+    for heading in headings:
         bare, unit = name_and_unit(heading)
         words = re.sub(r"[\W_]+", " ", bare.translate(_UMLAUTS)).strip().casefold()
         number = table.frame[heading].dtype.kind in "fiu"
@@ -60,7 +63,19 @@ def guess_point_columns(table: RawTable) -> dict[str, dict[str, str]]:
             columns[heading] = {"quantity": found, **({"unit": known} if known else {})}
         elif not number and _word_of(heading):
             columns[heading] = {"test_table": _word_of(heading)}
-    return columns
+    taken = {entry.get("test_table", "") for entry in columns.values()}
+    left = [h for h in headings if h not in columns and _word_of(h) not in taken | {""}]
+    columns |= {h: {"test_table": _word_of(h)} for h in _same_in_each_test(table, columns, left)}
+    return {heading: columns[heading] for heading in headings if heading in columns}
+
+
+def _same_in_each_test(table: RawTable, columns: dict[str, dict[str, str]], left: list[str]) -> list[str]:
+    """Return which columns have one value a test; none where tests have no names, or one row each: then all columns would."""
+    test = next((heading for heading, entry in columns.items() if entry.get("quantity") == "test_id"), None)
+    if test is None or table.frame[test].value_counts().min() < 2:
+        return []
+    values = table.frame.groupby(test)[left].nunique(dropna=False)
+    return [heading for heading in left if (values[heading] == 1).all()]
 
 
 def _measures(quantity: str, unit: str) -> bool:

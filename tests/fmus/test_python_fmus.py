@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmus import pack, pack_forming, pack_twin
+from fmus import check, pack, pack_forming, pack_twin
 from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from forming import PROCESSES
-from friction_models import ConstantFriction
+from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES
 
@@ -47,6 +48,22 @@ def test_packing_still_works_after_a_python_fmu_ran(packed: Pack, tmp_path: Path
 def test_same_model_gives_the_same_bytes(tmp_path: Path) -> None:
     paths = [pack(ConstantFriction(0.09), tmp_path / n, target="python") for n in ("a.fmu", "b.fmu")]
     assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+def test_a_load_that_was_not_measured_cannot_leave_the_domain(tmp_path: Path) -> None:
+    speeds = np.repeat(np.linspace(5.0, 200.0, 8), 5)
+    points = pd.DataFrame(
+        {"test_id": [f"t{v:.0f}" for v in speeds], "v_rel": speeds, "mu": 0.1 - 1e-4 * speeds}
+    )
+    model = LinearFriction().fit_frame(points)
+    for target in ("python", "native"):
+        path = pack(model, tmp_path / f"{target}.fmu", target=target)
+        with RunningFmu(UnpackedFmu.of(path)) as fmu:
+            fmu.set({"psi": 1e4, "v_rel": 50.0, "sigma_n": 900.0})
+            assert fmu.get_boolean("in_domain") and fmu.get_real(["domain_distance"])[0] == 0.0
+            fmu.set({"v_rel": 395.0})
+            assert not fmu.get_boolean("in_domain") and fmu.get_real(["domain_distance"])[0] == 1.0
+        assert check(path).ok
 
 
 @pytest.fixture(scope="module")

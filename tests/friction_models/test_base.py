@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from friction_models import ConstantFriction, LinearFriction, TriboLoads
+from friction_models import ConstantFriction, FrictionModel, LinearFriction, TriboLoads
 from friction_models.common import InputError
 from friction_models.families.registry import FAMILIES, make_model
 from friction_models.loads import LOAD_NAMES, LOADS
@@ -193,3 +195,24 @@ except InputError as error:
     verdict, refusal = shown.stdout.strip().splitlines()
     assert verdict
     assert "tribofmu[train-networks]" in refusal
+
+
+class Unfinished(FrictionModel):
+    family = "unfinished"
+
+    def _fit(self, loads, mu, groups):  # type: ignore[no-untyped-def]
+        self.mean_ = float(np.mean(mu))
+
+    def formula(self, x, L, S=None, system=None):  # type: ignore[no-untyped-def]
+        return x.constant(self.mean_, L.v_rel)
+
+
+def test_a_family_of_ones_own_that_lacks_a_method_says_which(tmp_path: Path) -> None:
+    data = campaign(tests=4, points=5)
+    model = Unfinished().fit_frame(data)
+    assert model.predict_frame(data).nunique() == 1
+    with pytest.raises(InputError, match="Unfinished: the method _learned, which says what is saved, is not"):
+        model.save(tmp_path / "model")
+    for asked in (model, (Unfinished() + "stribeck").fit_frame(data)):
+        with pytest.raises(InputError, match="Unfinished: the method formula_text"):
+            asked.formula_text()

@@ -73,9 +73,10 @@ def main() -> None:
         "",
         "Written by `python -m tests.interop -o docs/interoperability.md` from what it ran; nothing here is typed by hand.",
         "",
-        f"Each client runs friction FMUs of two models (one without and one with memory) over {STEPS} steps of {STEP} s with changing "
+        f"Each client runs friction FMUs of two models (one without and one with memory; a map is the first as a table of parameters) over {STEPS} steps of {STEP} s with changing "
         f"loads; N and n are {POINTS} contact points with different loads. mu after each step is compared with the model's own "
-        "NumPy `predict` on the same loads, in which neither ONNX nor generated C takes part; the deviation is relative to mu. SSP: loads from a source FMU, friction, and an FMU that takes mu, written by "
+        "NumPy `predict` on the same loads (of a map: with SciPy's interpolation in it), in which neither ONNX nor generated C takes part; the deviation is "
+        "relative to mu. Every FMU holds metadata after SSP Traceability, a map also the manifest of FMI-LS-STRUCT. SSP: loads from a source FMU, friction, and an FMU that takes mu, written by "
         "`System.export`; OMSimulator asks friction again when new loads have arrived, so mu is that of the loads of the same moment. "
         "An FMU alone in OMSimulator keeps its start values. The ecos command line is a program without Python, in an environment without Python; its results are "
         "printed with six decimals, so that the FMU behind friction gives mu times 1e9.",

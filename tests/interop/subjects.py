@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ElementTree
+import zipfile
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -9,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import RegularGridInterpolator
 
 from fmus import pack
 from friction_models import FrictionModel, LinearFriction, PolynomialFriction, effects
@@ -21,6 +24,8 @@ STEP, STEPS = 0.01, 40
 #: Points of the FMUs with many.
 POINTS = 12
 KINDS = ("no memory", "memory")
+#: The model without memory, packed as a map of parameters that can be calibrated.
+MAP = "map"
 #: Start, slope and curvature of each load over time; all stay inside what the models were trained on.
 _COURSE = {
     "v_rel": (40.0, 300.0, 500.0),
@@ -84,7 +89,10 @@ class Subjects:
             options |= {"arrays": fmi == "3.0" and points > 1}
             path = self.folder / key / "friction.fmu"
             path.parent.mkdir(parents=True)
-            self._made[key] = pack(self.models[kind], path, nodes=nodes, fmi=fmi, **options)
+            if kind == MAP:
+                self._made[key] = pack(self.models[KINDS[0]], path, target="map")
+            else:
+                self._made[key] = pack(self.models[kind], path, nodes=nodes, fmi=fmi, **options)
         return self._made[key]
 
     def source(self, points: int = 1) -> Path:
@@ -121,6 +129,8 @@ class Subjects:
         step : float
             Length of the steps [s].
         """
+        if kind == MAP:
+            return self._of_the_map(loads)
         model, steps = self.models[kind], len(loads)
         points = loads.shape[1] // len(LOADS)
         by_point = loads.reshape(steps, len(LOADS), points).transpose(2, 0, 1)
@@ -142,6 +152,22 @@ class Subjects:
             fresh = model.predict(by_point[:, -1])
             assert (np.abs(found[-1] - fresh) > 1e-3).all()
         return found
+
+    def _of_the_map(self, loads: FloatArray) -> FloatArray:
+        """Return mu of the map by SciPy, from the numbers that its model description shows to importers."""
+        with zipfile.ZipFile(self.friction(MAP, "3.0")) as archive:
+            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        start = {
+            v.attrib["name"]: np.array(v.attrib["start"].split(), dtype=float)
+            for v in root.iterfind("ModelVariables/Float64")
+            if v.attrib["causality"] == "parameter"
+        }
+        over = [name for name in LOAD_NAMES if f"{name}_axis" in start]
+        axes = [start[f"{name}_axis"] for name in over]
+        values = start["mu_map"].reshape([len(axis) for axis in axes])
+        at = np.column_stack([loads[:, LOAD_NAMES.index(name)] for name in over])
+        at = np.clip(at, [axis[0] for axis in axes], [axis[-1] for axis in axes])
+        return np.asarray(RegularGridInterpolator(axes, values)(at))[:, None]
 
     def at_once(self, kind: str, loads: FloatArray) -> FloatArray:
         """Return mu at the beginning of each step: the loads are new, memory is that of the steps before.
@@ -191,13 +217,13 @@ class Subjects:
 
     def slopes(self, kind: str, loads: FloatArray) -> FloatArray:
         """Return d mu / d loads of a model without memory by central differences, shape (steps, 5)."""
-        model = self.models[kind]
+        predict = (lambda at: self._of_the_map(at)[:, 0]) if kind == MAP else self.models[kind].predict
         columns = []
         for k in range(len(LOADS)):
             h = 1e-4 * np.maximum(np.abs(loads[:, k]), 1.0)
             shift = np.zeros_like(loads)
             shift[:, k] = h
-            columns.append((model.predict(loads + shift) - model.predict(loads - shift)) / (2.0 * h))
+            columns.append((predict(loads + shift) - predict(loads - shift)) / (2.0 * h))
         return np.column_stack(columns)
 
 

@@ -92,6 +92,21 @@ def test_the_draft_knows_usual_names_and_what_reads_with_it_is_what_stands_there
     assert points["T"].iloc[0] == pytest.approx(26.85) and points["mu"].iloc[-1] == 0.08
 
 
+def test_the_draft_puts_what_stays_the_same_in_each_test_into_the_test_table(tmp_path: Path) -> None:
+    rows = [
+        f"P{k};{v};0,0{k};{('0,2', '0,8')[k % 2]};{t};{t % 2}"
+        for k in range(1, 5)
+        for t, v in enumerate((5, 6, 7))
+    ]
+    file = tmp_path / "lab.csv"
+    file.write_text("Probe;Druck;Reibwert;Rauheit Ra;Zeile;Kanal\n" + "\n".join(rows), encoding="utf-8")
+    columns = guess_point_columns(read_file(file))
+    assert list(columns) == ["Probe", "Druck", "Reibwert", "Rauheit Ra"]  # not what changes within a test
+    assert columns["Rauheit Ra"] == {"test_table": "Rauheit_Ra"}
+    tests = read_point_tables(file, {"columns": columns}).dataset.tests
+    assert tests is not None and tests["Rauheit_Ra"].tolist() == [0.8, 0.2, 0.8, 0.2]
+
+
 def test_short_german_headings_are_known(tmp_path: Path) -> None:
     file = tmp_path / "table.csv"
     file.write_text("Gleitgeschw. [mm/s];A/A0;Reibzahl;dA/dA0\n1,5;1,2;0,08;1,2\n1,6;1,3;0,07;1,3\n")

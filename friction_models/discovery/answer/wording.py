@@ -110,11 +110,9 @@ def sentence(
             rivals = ", ".join(known.get(name, name) for name in confusion)
             return f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} fits best: {what} {sure}."
         groups = alternatives([f.name for f in chosen], confusion)
-        parts = [
-            known.get(g[0], g[0]) if len(g) == 1 else f"one of {', '.join(known.get(n, n) for n in g)}"
-            for g in groups
-        ]
-        return f"{' and '.join(parts)} are missing from {model}; {labels} fit best: {what} {sure}."
+        parts = [" or ".join(known.get(n, n) for n in g) for g in groups]
+        # With a comma before the last `and`, nobody reads it as a further choice.
+        return f"{', '.join(parts[:-1])}, and {parts[-1]} are missing from {model}; {labels} fit best: {what} {sure}."
     if verdict == "data_problem" and not chosen:
         return (
             f"{100 * campaign.spikes:.0f} % of the points lie far off their neighbours: the records have to be repaired "

@@ -56,7 +56,7 @@ Swap = Annotated[
     list[str] | None,
     typer.Option(
         "--swap",
-        help="Run another model in a component: friction=FILE.fmu; for friction also a model folder, an .onnx file or a number.",
+        help="Run another model in a component: friction=FILE.fmu; for friction also a model folder, card:NAME, an .onnx file or a number.",
     ),
     Reads(),
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from benchmarks.discovery_campaigns import HIDDEN, campaign
 from friction_models import GradientBoostingFriction, LinearFriction, PolynomialFriction, effects
 from friction_models.common import InputError
 from friction_models.discovery import Diagnosis, compare, diagnose, refine
+from friction_models.discovery.answer.wording import sentence
 
 #: Effects that any plan of this size shows; the pressure effects are twins (below).
 CLEAR = [
@@ -269,3 +271,27 @@ def test_compare_ranks_with_intervals_by_test(worn: tuple[pd.DataFrame, pd.DataF
 
 def test_every_hidden_form_differs_from_the_catalogue() -> None:
     assert set(HIDDEN) <= set(effects.CATALOGUE) and len(HIDDEN) == 18
+
+
+def test_rivals_of_one_effect_are_told_from_a_further_one() -> None:
+    def fit(name: str) -> Any:
+        effect = SimpleNamespace(label=f"<{name}>", sentence=f"{name} acts")
+        return SimpleNamespace(name=name, prepared=SimpleNamespace(candidate=SimpleNamespace(effect=effect)))
+
+    stribeck, hersey, batch = fit("stribeck"), fit("hersey"), fit("batch")
+    evidence = SimpleNamespace(
+        found=SimpleNamespace(floor=SimpleNamespace(known=True), ranking=[stribeck, hersey, batch]),
+        p_value=0.002,
+    )
+    said = sentence(
+        "ambiguous",
+        SimpleNamespace(name="linear"),  # type: ignore[arg-type]
+        evidence,  # type: ignore[arg-type]
+        [stribeck, batch],
+        ["stribeck", "hersey"],
+        0.9,
+        SimpleNamespace(),  # type: ignore[arg-type]
+    )
+    assert said.startswith(
+        "<stribeck> or <hersey>, and <batch> are missing from the linear model; <stribeck> and"
+    )

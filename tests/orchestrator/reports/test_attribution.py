@@ -263,6 +263,7 @@ def test_the_page_names_what_cannot_be_told_apart() -> None:
     (level,), found = made_up(4, 0.15)
     found.causes.append(Cause("force_gain", "gain", "machine", "1"))
     answer = attribution([level], found, synthetic=True)
+    assert repr(answer) == f"Attribution({answer.sentence!r})"
     html = attribution_page(answer, "<b>press</b>")
     own = re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL)
     assert "<b>" not in own and "attribution, not proof" in own and "synthetic data" in own

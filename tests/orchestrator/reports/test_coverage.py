@@ -59,6 +59,7 @@ def test_tested_states_are_inside_and_each_load_beyond_is_named() -> None:
         assert share(found, name) == pytest.approx(1.0)
         assert all(s.area == 0.0 for s in found.loads if s.names != (name,))
         assert found.whole.work == pytest.approx(1.0) and name in found.sentence
+        assert repr(found) == f"Coverage({found.sentence!r})"
 
 
 def test_an_untested_pair_of_tested_loads_is_outside() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
@@ -11,6 +13,7 @@ from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
 from friction_models.common.imports import drawn
 from friction_models.discovery import Diagnosis, compare, diagnose, refine
+from orchestrator import Run
 from orchestrator.report.pictures import PICTURES
 
 
@@ -65,3 +68,16 @@ def test_a_notebook_shows_the_report_and_no_markup_of_others(found: Diagnosis) -
     found.model, before = "<b>own</b>", found.model
     assert "<b>" not in found._repr_html_() and "&lt;b&gt;" in found._repr_html_()
     found.model = before
+
+
+def test_a_run_names_itself_in_one_line() -> None:
+    values = {"forming.sigma_n": np.random.default_rng(1).normal(size=(500, 40))}
+    run = Run(
+        Path("runs/a"),
+        {"name": "rod", "status": "stopped"},
+        np.arange(500.0),
+        values,
+        {"forming.sigma_n": "MPa"},
+    )
+    assert repr(run) == "Run('rod' in 'runs/a', 499 steps, 1 result, stopped)"
+    assert "499 steps" in run._repr_html_()
