@@ -12,6 +12,7 @@ from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.reference import Reference
 from ...estimation.noise.repeats import Repeats, repeats_of
+from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
@@ -158,11 +159,11 @@ class Confirm:
         if not kept or self._explain(kept):
             return kept
         first, *others = kept
-        before = self.unseen.errors(_effects(kept)).total
+        before = self.unseen.errors(_effects(kept))
         for fit in self.found.ranking[: 2 * RIVALS]:
             if fit.name not in {f.name for f in kept} and fit.gain > AS_GOOD * first.gain:
                 instead = [fit, *others]
-                if lead(before, self.unseen.errors(_effects(instead)).total)[1] > CERTAIN:
+                if _prefers(before, self.unseen.errors(_effects(instead))):
                     return instead
         return kept
 
@@ -190,8 +191,7 @@ class Confirm:
         """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
         if lead(self.straight.errors(some).total, self.straight.errors(others).total)[1] < CERTAIN:
             return False
-        before, after = (self.unseen.errors(_effects(fits)).total for fits in (some, others))
-        return lead(before, after)[1] > CERTAIN
+        return _prefers(*(self.unseen.errors(_effects(fits)) for fits in (some, others)))
 
     def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
         """Return whether a further effect helps for certain; one of a load of those named may only mend their form."""
@@ -317,6 +317,12 @@ def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
     """Return whether an error falls by `CONFIRMED_SHARE` of it at least, and by `needed` standard errors."""
     gain, certain = lead(before.total, after.total)
     return certain > needed and gain > CONFIRMED_SHARE * before.rms**2
+
+
+def _prefers(before: ErrorsByTest, after: ErrorsByTest) -> bool:
+    """Return whether an error falls clearly, and by enough to matter: twins may differ by a hair in every test alike."""
+    gain, certain = lead(before.total, after.total)
+    return certain > CERTAIN and gain > LEAST_SHARE * before.rms**2
 
 
 def _effects(fits: Sequence[Fit]) -> list[Effect]:

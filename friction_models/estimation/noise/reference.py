@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -58,6 +59,16 @@ class Curves:
     columns: FloatArray
 
 
+class _Prepared(NamedTuple):
+    """The least-squares problem of a reference: rows and target in units of the noise, the rows as they are, the prior."""
+
+    rows: FloatArray
+    target: FloatArray
+    plain: FloatArray
+    precision: FloatArray
+    offset: float
+
+
 class Reference:
     """Flexible prediction of whole tests.
 
@@ -93,44 +104,55 @@ class Reference:
             Columns with free coefficients beside the curves: base and effects.
         fold_of_test : ndarray of int, shape (tests,)
         """
-        return self._predicted(terms, fold_of_test)[0]
+        part = self._prepared(terms)
+        fold = fold_of_test[self.campaign.test]
+        predicted, folds = np.empty(len(self.y)), np.unique(fold)
+        grams = np.array([part.rows[fold == k].T @ part.rows[fold == k] for k in folds])
+        scores = np.array([part.rows[fold == k].T @ part.target[fold == k] for k in folds])
+        for k in folds:
+            others = folds != k
+            factor = cho_factor(grams[others].sum(axis=0) + np.diag(part.precision))
+            predicted[fold == k] = part.plain[fold == k] @ cho_solve(factor, scores[others].sum(axis=0))
+        return predicted
 
-    def surprise(self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]) -> FloatArray:
-        """Return how far the mean of each test lies from what the other folds say, in standard deviations, shape (tests,).
+    def surprise(self, terms: FloatArray) -> FloatArray:
+        """Return how far the mean of each test lies from what all others say, in standard deviations, shape (tests,).
 
-        A test far from all others may lie far off: the prediction is the less certain, the farther it reaches.
+        A test far from all others may lie far off: the prediction is the less certain, the farther it reaches. Each test is
+        left out alone, so that chance does not say with which others.
         """
-        predicted, variance = self._predicted(terms, fold_of_test)
-        z = self.campaign.of_tests(self.y - predicted) / np.sqrt(variance)
+        part = self._prepared(terms)
+        factor = cho_factor(part.rows.T @ part.rows + np.diag(part.precision))
+        b = cho_solve(factor, part.rows.T @ part.target)
+        left = part.target - part.rows @ b
+        means = self._means(np.column_stack([part.plain, self.y]))
+        far, variance = np.empty(len(means)), np.empty(len(means))
+        for k, (start, end) in enumerate(zip(self._starts, [*self._starts[1:], len(left)], strict=True)):
+            own, mean = part.rows[start:end], means[k, :-1]
+            along = cho_solve(factor, np.column_stack([own.T, mean]))
+            # what the fit takes from the test itself is taken back (Sherman, Morrison, Woodbury)
+            without = np.linalg.solve(np.eye(end - start) - own @ along[:, :-1], own @ along[:, [-1]])[:, 0]
+            far[k] = means[k, -1] - mean @ b + without @ left[start:end]
+            variance[k] = part.offset + mean @ along[:, -1] + without @ (own @ along[:, -1])
+        z = far / np.sqrt(np.maximum(variance, part.offset))
         return np.asarray(z / max(1.4826 * float(np.median(np.abs(z))), 1e-300))
 
-    def _predicted(
-        self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return predictions in the bins, and for each test the variance of its mean about them."""
+    def _means(self, columns: FloatArray) -> FloatArray:
+        """Return the means of columns in the bins over each test, weighted by points."""
+        count = self.campaign.count
+        weight = np.add.reduceat(count, self._starts)
+        return np.asarray(np.add.reduceat(count[:, None] * columns, self._starts, axis=0) / weight[:, None])
+
+    def _prepared(self, terms: FloatArray) -> _Prepared:
+        """Return the rows of terms and curves in units of the noise, with the prior variances of largest posterior density."""
         norms = np.linalg.norm(terms, axis=0)
         terms = terms[:, norms > 0] / norms[norms > 0] * np.sqrt(len(terms))
         rows = np.column_stack([self._whiten(terms), self._white[:, 2:]])
         theta = self._variances(rows, terms.shape[1])
         precision, offset, noise = self._split(theta, terms.shape[1])
-        part = _decorrelated(self._white[:, 0], offset / noise, self._starts)
-        Z, target = part(rows), part(self._white[:, 1])
+        apart, root = _decorrelated(self._white[:, 0], offset / noise, self._starts), np.sqrt(noise)
         plain = np.column_stack([terms, *(c.columns for c in self.curves)])
-        count = self.campaign.count
-        weight = np.add.reduceat(count, self._starts)
-        means = np.add.reduceat(count[:, None] * plain, self._starts, axis=0) / weight[:, None]
-        fold = fold_of_test[self.campaign.test]
-        predicted, variance = np.empty(len(self.y)), np.empty(len(self._starts))
-        folds = np.unique(fold)
-        grams = np.array([Z[fold == k].T @ Z[fold == k] for k in folds])
-        scores = np.array([Z[fold == k].T @ target[fold == k] for k in folds])
-        for k in folds:
-            held, others = fold_of_test == k, folds != k
-            factor = cho_factor(grams[others].sum(axis=0) / noise + np.diag(precision))
-            b = cho_solve(factor, scores[others].sum(axis=0) / noise)
-            predicted[fold == k] = plain[fold == k] @ b
-            variance[held] = offset + np.sum(means[held].T * cho_solve(factor, means[held].T), axis=0)
-        return predicted, variance
+        return _Prepared(apart(rows) / root, apart(self._white[:, 1]) / root, plain, precision, offset)
 
     def _split(self, theta: FloatArray, free: int) -> tuple[FloatArray, float, float]:
         """Return the prior precision of every coefficient, and the variances of offsets and noise."""

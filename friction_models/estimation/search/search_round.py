@@ -241,12 +241,13 @@ def search(
     null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
     ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
     by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)
-    ranking = parts_first(simple_first(ranking), by_parts)
+    listed = [c.effect.name for c in candidates]
+    ranking = varied_first(campaign, parts_first(simple_first(ranking), by_parts))
     return SearchRound(
         floor=floor,
         residual=residual,
         candidates=prepared,
-        ranking=varied_first(campaign, ranking),
+        ranking=plain_first(ranking, listed),
         null=null,
         simulated=simulated,
         whiten=whiten,
@@ -257,6 +258,26 @@ def search(
         freedom=freedom,
         by_parts=by_parts,
     )
+
+
+def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
+    """Let the plainest come first of effects that contribute the same and fit alike: no fault, fewest numbers, listed first.
+
+    Which of them fits better by a hair changes with every test that is left out.
+    """
+
+    def plainness(fit: Fit) -> tuple[bool, int, int]:
+        effect = fit.prepared.candidate.effect
+        return effect.kind == "fault", effect.degrees_of_freedom, listed.index(fit.name)
+
+    ordered, rest = list[Fit](), list(ranking)
+    while rest:
+        best = rest[0]
+        near = (f for f in rest[1:] if f.evidence > (1.0 - SAME) * best.evidence > 0.0)
+        lead = min([best, *(f for f in near if alike(best, f) > TWINS)], key=plainness)
+        ordered.append(lead)
+        rest = [f for f in rest if f is not lead]
+    return ordered
 
 
 def simple_first(ranking: list[Fit]) -> list[Fit]:

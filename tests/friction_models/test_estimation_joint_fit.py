@@ -1,0 +1,43 @@
+"""The joint fit of base and effects: by which weights is decided by tests left out one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_models import LinearFriction
+from friction_models.effects import make_effect
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.fit.joint_fit import JointProblem, solve_jointly
+from friction_models.estimation.search.base_law import base_law
+
+from .estimation_cases import measured
+
+
+def problem_of(names: dict[str, str] | None = None) -> JointProblem:
+    """Return the fit of a falling speed law to tests that hide a hump in speed; `names` are other names of the tests."""
+    data = measured(np.random.default_rng(3), tests=30, points=8)
+    data["mu"] += 0.02 / np.cosh((data["v_rel"] - 60.0) / 50.0)
+    if names:
+        data["test_id"] = data["test_id"].map(names)
+    campaign = prepare(data)
+    return solve_jointly(campaign, base_law(LinearFriction(), campaign), [make_effect("stribeck")])
+
+
+def test_the_error_of_tests_left_out_is_that_of_fits_without_them() -> None:
+    problem = problem_of()
+    matrix = np.column_stack([problem.base, *problem.columns(problem.shapes)])
+    white, target = problem.whiten(matrix), problem.whiten(problem.y)
+    error = np.empty(len(problem.y))
+    for k in range(30):
+        held = problem.campaign.test == k
+        x = np.linalg.lstsq(white[~held], target[~held], rcond=1e-9)[0]
+        error[held] = problem.y[held] - matrix[held] @ x
+    expected = np.average(error**2, weights=problem.campaign.count)
+    assert problem._left_out() == pytest.approx(expected, rel=1e-5)
+
+
+def test_the_error_of_tests_left_out_does_not_hang_on_their_names() -> None:
+    names = [f"t{k:03d}" for k in range(30)]
+    other = dict(zip(names, np.random.default_rng(0).permutation(names), strict=True))
+    assert problem_of(other)._left_out() == pytest.approx(problem_of()._left_out(), rel=1e-4)
