@@ -179,7 +179,7 @@ def _candidate(view: View, story: Story) -> None:
         with ui.element("div").classes("buttons action"):
             model = story.candidate.model
             button("Accept", lambda: view.note(ACCEPTED, model=model), "first")
-            button("Take back", lambda: view.note(TAKEN_BACK))
+            button("Take back", lambda: view.note(TAKEN_BACK, model=model))
         say("Accept to ask what the better model still misses. Taking back deletes nothing.", "soft")
         residual = page.section("residual") if page is not None else None
         if residual is not None:
@@ -198,7 +198,7 @@ async def _rounds(view: View, story: Story, answer: Answer) -> None:
         with ui.element("div").classes("buttons action"):
             ui.link("Take it away as an FMU", "/fmu").classes("button first")
             if story.candidate is None:
-                button("Take back the last one", lambda: view.note(TAKEN_BACK))
+                button("Take back the last one", lambda: view.note(TAKEN_BACK, model=story.model))
 
 
 def _staircase(view: View, model: str, answer: Answer) -> Any:

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import IO
 
+from friction_models.common import InputError
 from friction_models.common.errors import shown
 from friction_models.common.processes.child_processes import python_command
 
@@ -102,7 +103,7 @@ class Worker:
         self.project = project
         self.jobs: list[Job] = []
         self.changes = 0
-        self._numbers = itertools.count(1 + len(list((project.root / WORK).glob("*.log"))))
+        self._numbers = itertools.count(1 + _last_number(project))
         self.interrupted = interrupted_commands(project)
         self._wake = threading.Condition()
         self._closing = False
@@ -197,7 +198,10 @@ class Worker:
                 self.changes += 1
             try:
                 self._run(job)
-            except OSError as error:
+            except Exception as error:
+                # Whatever it was: a thread that ends leaves every later command waiting for ever.
+                if job.process is not None:
+                    _end(job.process)
                 self._finish(job, 1, f"tribofmu: error: {error}")
 
     def _run(self, job: Job) -> None:
@@ -207,29 +211,16 @@ class Worker:
             file, history.STARTED, job=job.number, command=job.command.line, title=job.command.title,
             **({"more": job.command.more} if job.command.more else {}),
         )  # fmt: skip
-        # The lock keeps a cancel from coming between the start and the place where it finds the process.
-        with self._wake:
-            if job.state != RUNNING:
-                history.add(file, history.ENDED, job=job.number, command=job.command.line, code=130)
-                return
-            process = job.process = subprocess.Popen(
-                python_command("orchestrator.app.work.attached", "orchestrator.cli", *job.command.arguments),
-                cwd=self.project.root,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                env={
-                    **os.environ,
-                    "PYTHONUNBUFFERED": "1",
-                    "COLUMNS": "120",
-                    "NO_COLOR": "1",
-                    PROGRESS_EVERY: "1",
-                },
-                start_new_session=True,
-            )
         log = self.project.root / WORK / f"{job.number:05d}.log"
-        with log.open("wb") as kept:
-            kept.write(f"$ {job.command.line}\n".encode())
+        log.parent.mkdir(mode=0o700, exist_ok=True)
+        # Unbuffered: what a full disk refuses is not tried again when the file is closed.
+        with log.open("wb", buffering=0) as kept:
+            # The lock keeps a cancel from coming between the start and the place where it finds the process.
+            with self._wake:
+                if job.state != RUNNING:
+                    history.add(file, history.ENDED, job=job.number, command=job.command.line, code=130)
+                    return
+                process = job.process = self._begun(job.command)
             assert process.stdout is not None
             self._listen(job, process.stdout, kept)
         code = process.wait()
@@ -246,13 +237,29 @@ class Worker:
             return
         self._finish(job, code)
 
+    def _begun(self, command: Command) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            python_command("orchestrator.app.work.attached", "orchestrator.cli", *command.arguments),
+            cwd=self.project.root,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env={
+                **os.environ,
+                "PYTHONUNBUFFERED": "1",
+                "COLUMNS": "120",
+                "NO_COLOR": "1",
+                PROGRESS_EVERY: "1",
+            },
+            start_new_session=True,
+        )
+
     def _listen(self, job: Job, said: IO[bytes], kept: IO[bytes]) -> None:
-        written = 0
+        written = _keep(kept, f"$ {job.command.line}\n".encode())
         # A line without end is cut: what a command says of foreign files may be of any length.
         while raw := said.readline(100_000):
             if written < LARGEST_LOG:
-                written += kept.write(raw)
-                kept.flush()
+                written += _keep(kept, raw)
             line = shown_line(raw)
             job.lines.append(line)
             found = _PROGRESS.match(line)
@@ -272,14 +279,34 @@ class Worker:
             cancelled = job.state == CANCELLED
             code = 130 if cancelled else code
             more = job.command.more if code == 0 else {"interrupted": True} if self._closing else {}
-            history.add(
-                self.project.root / HISTORY, history.ENDED, job=job.number, command=job.command.line,
-                code=code, seconds=round(seconds, 2), **more,
-            )  # fmt: skip
+            try:
+                history.add(
+                    self.project.root / HISTORY, history.ENDED, job=job.number, command=job.command.line,
+                    code=code, seconds=round(seconds, 2), **more,
+                )  # fmt: skip
+            except InputError as error:
+                job.lines.append(f"tribofmu: error: {error}")
+                code = code or 1
             job.seconds, job.process = seconds, None
             job.state = CANCELLED if cancelled else DONE if code == 0 else FAILED
             self.changes += 1
             self._wake.notify_all()
+
+
+def _keep(log: IO[bytes], raw: bytes) -> int:
+    """Write to a log; a full disk costs the rest of the log, and not the command."""
+    try:
+        return log.write(raw)
+    except OSError:
+        return LARGEST_LOG
+
+
+def _last_number(project: Project) -> int:
+    """Return the largest number of a job that the history or a log knows."""
+    told = [line.get("job") for line in history.read(project.root / HISTORY)]
+    logs = [p.stem for p in (project.root / WORK).glob("*.log")]
+    numbers = [n for n in told if isinstance(n, int)] + [int(n) for n in logs if re.fullmatch(r"\d{1,9}", n)]
+    return max((n for n in numbers if 0 <= n < 10**9), default=0)
 
 
 def shown_line(raw: bytes) -> str:
@@ -315,14 +342,15 @@ def expected_seconds(lines: list[dict[str, object]], command: str) -> float | No
     3.0
     """
     took = [
-        float(str(line["seconds"]))
+        seconds
         for line in lines
         if line["event"] == history.ENDED
         and line.get("code") == 0
-        and isinstance(line.get("seconds"), int | float)
+        and isinstance(seconds := line.get("seconds"), int | float)
+        and 0.0 <= seconds < 1e7
         and _kind(str(line.get("command", ""))) == _kind(command)
     ]
-    return median(took[-5:]) if took else None
+    return float(median(took[-5:])) if took else None
 
 
 def _kind(line: str) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -206,3 +207,53 @@ def test_a_silent_command_is_interrupted_when_the_pipe_of_its_server_closes(
             assert child.wait(60) == 130
         finally:
             child.kill()
+
+
+def test_no_command_and_no_file_stops_the_worker(worker: Worker, example: Project) -> None:
+    """A thread that ended would leave every later command waiting for ever."""
+    (example.root / HISTORY).write_text(
+        '{"event": "ended", "code": 0, "command": "tribofmu check a", "seconds": true}\n'
+    )
+    assert ended(worker, "check", "fmus/none.fmu").state == FAILED
+    null = ended(worker, "check", "fmus/a\0b.fmu")
+    assert null.state == FAILED and "null byte" in null.problem()
+    assert ended(worker, "check", "fmus/\ud800.fmu").state == FAILED
+    (example.root / HISTORY).unlink()
+    (example.root / HISTORY).mkdir()
+    deaf = ended(worker, "check", "fmus/none.fmu")
+    assert deaf.state == FAILED and HISTORY in deaf.problem()
+    (example.root / HISTORY).rmdir()
+    assert "none.fmu" in ended(worker, "check", "fmus/none.fmu").problem()
+
+
+def test_a_command_that_cannot_be_recorded_is_not_begun(
+    worker: Worker, example: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Begun before its log could be opened, it went on with nobody who listened or could cancel it."""
+    begun: list[object] = []
+    monkeypatch.setattr(subprocess, "Popen", lambda *args, **more: begun.append(args))
+    shutil.rmtree(example.root / WORK)
+    (example.root / WORK).write_text("in the way")
+    job = ended(worker, "check", "fmus/none.fmu")
+    assert job.state == FAILED and WORK in job.problem() and begun == []
+
+
+def test_a_folder_of_logs_that_was_removed_comes_back(worker: Worker, example: Project) -> None:
+    shutil.rmtree(example.root / WORK)
+    assert "none.fmu" in ended(worker, "check", "fmus/none.fmu").problem()
+
+
+def test_a_log_that_cannot_grow_does_not_end_its_command(worker: Worker, example: Project) -> None:
+    (example.root / WORK / "00001.log").symlink_to("/dev/full")
+    assert ended(worker, "pack", "0.08", "--target", "c", "-o", "fmus/constant").state == DONE
+
+
+def test_numbers_of_jobs_are_never_given_twice(example: Project) -> None:
+    history.add(example.root / HISTORY, history.ENDED, job=7, command="tribofmu check a", code=0)
+    history.add(example.root / HISTORY, history.ENDED, job=["x"], command="tribofmu check a", code=0)
+    (example.root / WORK / "00003.log").write_text("of long ago")
+    made = Worker(example)
+    try:
+        assert ended(made, "check", "fmus/none.fmu").number == 8
+    finally:
+        made.close()
