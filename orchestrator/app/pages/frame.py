@@ -105,13 +105,13 @@ class Workbench:
         try:
             await importlib.import_module(f".{module}", __package__).show(view)
         except InputError as error:
-            _cannot_be_shown(str(error), content)
+            _cannot_be_shown(view.bare(str(error)), content)
         except Exception as error:
             if gone(content):
                 return
             # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
             logging.getLogger("tribofmu.app").exception("page %s", path)
-            _cannot_be_shown(f"{type(error).__name__}: {shown(error)}", content)
+            _cannot_be_shown(view.bare(f"{type(error).__name__}: {shown(error)}"), content)
 
     def _state(self) -> tuple[int, int]:
         """Return what a page depends on: the commands that ended, and what was decided."""

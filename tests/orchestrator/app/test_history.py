@@ -94,14 +94,13 @@ def test_a_line_holds_any_text(tmp_path: Path) -> None:
 
 def test_a_decision_that_is_told_twice_counts_once() -> None:
     """A button pressed twice, or in two tabs."""
-    chosen = {"event": CHOSEN, "data": "data/sct", "model": "linear"}
-    a = [chosen, refined("models/a"), {"event": ACCEPTED, "model": "models/a"}]
-    back = {"event": TAKEN_BACK, "model": "models/b"}
+    chosen: dict[str, object] = {"event": CHOSEN, "data": "data/sct", "model": "linear"}
+    a: list[dict[str, object]] = [chosen, refined("models/a"), {"event": ACCEPTED, "model": "models/a"}]
+    back: dict[str, object] = {"event": TAKEN_BACK, "model": "models/b"}
     story = Story.of([*a, refined("models/b"), back, back])
     assert story.model == "models/a" and story.candidate is None
-    undone = {"event": TAKEN_BACK, "model": "models/b"}
     b = [*a, refined("models/b"), {"event": ACCEPTED, "model": "models/b"}]
-    assert Story.of([*b, undone, undone]).model == "models/a"
+    assert Story.of([*b, back, back]).model == "models/a"
     # One tab took it back and got another before the other tab accepted what it showed.
     late = Story.of(
         [*a, refined("models/b"), back, refined("models/c"), {"event": ACCEPTED, "model": "models/b"}]

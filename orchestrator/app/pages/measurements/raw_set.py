@@ -183,7 +183,7 @@ class _Page:
 
     def _run(self, command: Command) -> None:
         path = save_map(self.view.project, self.found.place, self.form.records, self.form.content())
-        history.add(self.view.project.root / "history.jsonl", history.SAVED, file=path)
+        self.view.note(history.SAVED, file=path)
         self.view.worker.start(command)
         self.view.started()
 
@@ -227,11 +227,7 @@ def _hint(problem: str, records: bool) -> str:
 def _bare(text: str, page: _Page) -> str:
     """Return a sentence without the paths of this machine, and without the file where it is the one that is shown."""
     source = page.table.source
-    return (
-        text.removeprefix(f"{source}: ")
-        .replace(source, "the first file")
-        .replace(f"{page.view.project.root}/", "")
-    )
+    return page.view.bare(text.removeprefix(f"{source}: ").replace(source, "the first file"))
 
 
 def _first(row: Mapping[str, object]) -> list[tuple[str, str]]:
