@@ -222,8 +222,15 @@ class Strip:
 def _time(job: Job) -> str:
     if job.state != RUNNING:
         return "waiting"
-    left = job.left()
-    return f"{job.elapsed():.0f} s" + ("" if left is None else f", about {max(1.0, left):.0f} s left")
+    left, before = job.left(), job.before
+    said = [f"{job.elapsed():.0f} s"]
+    if job.progress is not None:
+        said.append(f"{100.0 * job.progress:.0f} %")
+    if left is not None:
+        said.append(f"about {left:.0f} s left")
+    elif before is not None:
+        said.append(f"the last time it took {before:.0f} s")
+    return ", ".join(said)
 
 
 def _head(project: Project, path: str, mode: ui.dark_mode, look: str) -> ui.element:

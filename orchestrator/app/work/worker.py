@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import math
 import os
 import re
 import signal
@@ -16,7 +17,6 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from statistics import median
 from typing import IO
 
 from friction_models.common import InputError
@@ -35,7 +35,10 @@ LINES, LONGEST = 400, 400
 #: Largest log [byte].
 LARGEST_LOG = 4_000_000
 #: ``twin: 12/81 twin of test sct012``, as commands write where no terminal is.
-_PROGRESS = re.compile(r"[^:]{1,60}: (\d{1,9})/(\d{1,9})(?: (.*))?$")
+_PROGRESS = re.compile(r"([^:]{1,60}): (\d{1,9})/(\d{1,9})(?: (.*))?$")
+#: The time left is guessed after so many steps and this share of the work, where the first and the second half of the steps agree
+#: within this factor, and where it is long enough to matter [s]: what ends a command, such as its report, is no step.
+STEPS, SHARE, AGREE, MATTERS = 6, 0.1, 1.5, 5.0
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
 
 
@@ -61,7 +64,11 @@ class Job:
     saying: str = ""
     began: float = 0.0
     seconds: float = 0.0
-    expected: float | None = None
+    #: How long the same command line took the last time [s].
+    before: float | None = None
+    #: When it said how far it was [s, share]; and what it called that.
+    marks: list[tuple[float, float]] = field(default_factory=list, repr=False)
+    part: str | None = ""
     lines: deque[str] = field(default_factory=lambda: deque(maxlen=LINES))
     process: subprocess.Popen[bytes] | None = field(default=None, repr=False)
 
@@ -75,12 +82,32 @@ class Job:
         return time.monotonic() - self.began if self.state == RUNNING else self.seconds
 
     def left(self) -> float | None:
-        """Return about how long it still takes [s]; None where nothing is known."""
-        if self.state != RUNNING:
+        """Return about how long it still takes [s]; None where a guess would often be off by more than a factor of two."""
+        share = self.progress or 0.0
+        if self.state != RUNNING or self.part is None or len(self.marks) < STEPS or not SHARE <= share < 1.0:
             return None
-        if self.progress:
-            return self.elapsed() * (1.0 - self.progress) / self.progress
-        return None if self.expected is None else max(0.0, self.expected - self.elapsed())
+        last, _ = self.marks[-1]
+        # The time before the first step, in which a command loads and reads, says nothing of the steps.
+        guesses = [
+            (last - at) * (1.0 - share) / (share - done)
+            for at, done in (self.marks[0], self.marks[len(self.marks) // 2])
+            if share > done
+        ]
+        if len(guesses) < 2 or max(guesses) > AGREE * min(guesses):
+            return None
+        left = math.sqrt(guesses[0] * guesses[1]) - (self.elapsed() - last)
+        return left if left >= MATTERS else None
+
+    def heard(self, part: str, share: float) -> None:
+        """Note how far a part of the work is."""
+        # Nobody knows how many parts there are: from the second on nothing is guessed.
+        if self.part and part != self.part:
+            self.part = None
+        elif self.part is not None:
+            self.part = part
+        if self.progress is None or share > self.progress:
+            self.marks.append((self.elapsed(), share))
+        self.progress = share
 
     def problem(self) -> str:
         """Return why it failed, in the sentence of the command."""
@@ -206,7 +233,7 @@ class Worker:
 
     def _run(self, job: Job) -> None:
         file = self.project.root / HISTORY
-        job.expected = expected_seconds(history.read(file), job.command.line)
+        job.before = last_seconds(history.read(file), job.command.line)
         history.add(
             file, history.STARTED, job=job.number, command=job.command.line, title=job.command.title,
             **({"more": job.command.more} if job.command.more else {}),
@@ -264,9 +291,10 @@ class Worker:
             job.lines.append(line)
             found = _PROGRESS.match(line)
             if found:
-                done, total, what = int(found[1]), int(found[2]), found[3]
-                job.progress = min(1.0, done / total) if total else None
-                job.saying = what or job.saying
+                done, total = int(found[2]), int(found[3])
+                if total:
+                    job.heard(found[1], min(1.0, done / total))
+                job.saying = found[4] or job.saying
             elif line.strip():
                 job.saying = line.strip()
             self.changes += 1
@@ -332,37 +360,27 @@ def interrupted_commands(project: Project) -> list[Command]:
     return [command for command in found.values() if command is not None]
 
 
-def expected_seconds(lines: list[dict[str, object]], command: str) -> float | None:
-    """Return how long a command of the same kind took the last times in this project [s].
+def last_seconds(lines: list[dict[str, object]], command: str) -> float | None:
+    """Return how long a command line took the last time [s].
 
     Examples
     --------
-    >>> entry = {"event": "ended", "code": 0, "command": "tribofmu pack m -o m.fmu"}
-    >>> expected_seconds([{**entry, "seconds": s} for s in (2.0, 3.0, 9.0)], "tribofmu pack other -o other.fmu")
-    3.0
+    >>> entry = {"event": "ended", "code": 0, "command": "tribofmu check a.fmu"}
+    >>> lines = [{**entry, "seconds": 3.0}, {**entry, "seconds": 2.0}, {**entry, "seconds": True}]
+    >>> last_seconds(lines, "tribofmu check a.fmu"), last_seconds(lines, "tribofmu check b.fmu")
+    (2.0, None)
     """
-    took = [
-        seconds
-        for line in lines
-        if line["event"] == history.ENDED
-        and line.get("code") == 0
-        and isinstance(seconds := line.get("seconds"), int | float)
-        and 0.0 <= seconds < 1e7
-        and _kind(str(line.get("command", ""))) == _kind(command)
-    ]
-    return float(median(took[-5:])) if took else None
-
-
-def _kind(line: str) -> tuple[str, ...]:
-    """Return what tells quick commands from slow ones: `compare` with points, and `compare` that forms.
-
-    Examples
-    --------
-    >>> _kind("tribofmu compare --process fre --models 0.08"), _kind("tribofmu compare --models 0.08 --data data/a")
-    (('compare', '--process'), ('compare', '--data'))
-    """
-    words = line.split()
-    return (*words[1:2], *(w for w in words[2:] if w in {"--process", "--press", "--data", "--dry-run"}))
+    for line in reversed(lines):
+        seconds = line.get("seconds")
+        same = line["event"] == history.ENDED and line.get("code") == 0 and line.get("command") == command
+        if (
+            same
+            and isinstance(seconds, int | float)
+            and not isinstance(seconds, bool)
+            and 0.0 <= seconds < 1e7
+        ):
+            return float(seconds)
+    return None
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
