@@ -19,8 +19,8 @@ from friction_models.common import InputError
 #: What a line of the history is about.
 STARTED, ENDED, BROUGHT = "started", "ended", "brought"
 CHOSEN, ACCEPTED, TAKEN_BACK = "chosen", "accepted", "taken back"
-#: A file that a page wrote; an interrupted command that nobody wants any more.
-SAVED, LEFT = "saved", "left"
+#: A file that a page wrote; a folder that got another place; an interrupted command that nobody wants any more.
+SAVED, MOVED, LEFT = "saved", "moved", "left"
 _LOCK = threading.Lock()
 #: Largest history that is read [byte].
 _LARGEST = 50_000_000

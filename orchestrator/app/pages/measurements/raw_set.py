@@ -30,6 +30,7 @@ from ..parts import button, choice, empty, gone, heading, line, picture, say, wo
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields
+from .moving import rename_or_put_aside
 from .taken_in import campaign, data_set, rounded
 
 #: How long the page waits for the next letter before it looks at the map again [s].
@@ -44,6 +45,7 @@ async def show(view: View, name: str) -> None:
     if found.first is None:
         empty("Nothing here can be read", found.problem)
         bring(view, "Add files", name)
+        rename_or_put_aside(view, name)
         return
     first = found.first
     records = view.query.get("as", "") == "records" or (
@@ -73,6 +75,7 @@ async def show(view: View, name: str) -> None:
     await page.look()
     with ui.expansion("Add files to this set").classes("other"):
         bring(view, "More files", name)
+    rename_or_put_aside(view, name)
 
 
 class _Page:
