@@ -74,8 +74,9 @@ class FrictionSlave(Fmi2Slave):
         self.clamp_to_domain: int = config["references"]["clamp_to_domain"]
         self.states, self.system = len(config["state_start"]), len(config["system_start"])
         self.lower, self.upper = (np.array(config[k]) for k in ("load_lower", "load_upper"))
-        domain = [[-math.inf] * LOADS, [math.inf] * LOADS] if config["domain"] is None else config["domain"]
-        self.domain_lower, self.domain_upper = np.array(domain[0]), np.array(domain[1])
+        lower, upper = config["domain"]
+        self.domain_lower = np.array([-math.inf if v is None else v for v in lower])
+        self.domain_upper = np.array([math.inf if v is None else v for v in upper])
         self.scale = np.array(config["domain_scale"])
         n = self.nodes
         self.first_state, self.first_system = 7 * n, (7 + self.states) * n

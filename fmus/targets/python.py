@@ -39,7 +39,8 @@ def friction_files(source: FrictionSource, interface: FrictionInterface, name: s
 
     variables = variables2(interface)
     reals = [v for v in variables if v.type == "Real"]
-    box = [interface.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
+    # A load that was not measured has no limits (JSON knows no infinity) and cannot be outside, as in the native FMU.
+    box = [interface.domain.get(q.name) for q in LOADS]
     config = {
         "nodes": interface.nodes,
         "names": [v.name for v in reals],
@@ -47,8 +48,10 @@ def friction_files(source: FrictionSource, interface: FrictionInterface, name: s
         "load_lower": [q.lower for q in LOADS],
         "load_upper": [q.upper for q in LOADS],
         "load_start": [interface.start(q) for q in LOADS],
-        "domain": [[b[0] for b in box], [b[1] for b in box]] if interface.domain else None,
-        "domain_scale": [b - a if b > a else max(abs(b), 1.0) for a, b in box],
+        "domain": [[b and b[0] for b in box], [b and b[1] for b in box]],
+        "domain_scale": [
+            1.0 if b is None else b[1] - b[0] if b[1] > b[0] else max(abs(b[1]), 1.0) for b in box
+        ],
         "state_start": [s.start for s in source.states],
         "system_start": [p.start for p in source.system],
     }
