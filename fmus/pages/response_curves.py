@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 
 from ..interface.friction_source import FrictionSource
 from ..interface.quantities import USUAL, FrictionInterface
@@ -20,10 +20,14 @@ _LEFT, _TOP, _BOTTOM = 56, 26, 36
 #: The load that is varied from curve to curve, and in its own picture another one.
 _FAMILY, _OTHER = "sigma_n", "T"
 _SHARES = (0.1, 0.5, 0.9)
+#: Steps of the way that a model with memory slides before it is drawn, and the slowest speed there, as a share of the fastest.
+_STEPS, _SLOWEST = 40, 0.001
 
 
 def response_curves(source: FrictionSource, interface: FrictionInterface) -> str:
-    """Return an SVG with mu over each load, the others in the middle of the domain; memory at its start.
+    """Return an SVG with mu over each load, the others in the middle of the domain.
+
+    A model that remembers got to each point by sliding its `sd` from fresh contact at its other loads.
 
     The margins lie outside of the trained domain, where the FMU moves the loads to its border. Numbers
     are rounded to a tenth of a pixel: equal models give equal pictures. Empty where mu is not a number.
@@ -69,7 +73,17 @@ def legend(interface: FrictionInterface) -> str:
 
     return (
         f"Faint to strong: {_FAMILY} = {values(_FAMILY)}; in the picture over {_FAMILY}, {_OTHER} = {values(_OTHER)}. "
-        "The other loads are in the middle of the domain, memory is at its start."
+        f"The other loads are in the middle of the domain.{_memory(interface, box)}"
+    )
+
+
+def _memory(interface: FrictionInterface, box: dict[str, tuple[float, float]]) -> str:
+    if not interface.states:
+        return ""
+    slid = f"{short(0.5 * sum(box['sd']))} {QUANTITIES['sd'].unit}"
+    return (
+        f" The model remembers: each point is drawn after it slid {slid} (sd) from fresh contact at the loads of the point; over sd, "
+        "after that distance."
     )
 
 
@@ -97,8 +111,31 @@ def _curve(
         lower, upper = box[q.name]
         varied = q.name == (_OTHER if name == _FAMILY else _FAMILY)
         loads[0, :, j] = x if q.name == name else lower + (share if varied else 0.5) * (upper - lower)
-    points = replace(interface, nodes=len(x))
-    return np.asarray(reference_run(source, points, loads)["mu"][0])
+    if not interface.states:
+        return np.asarray(reference_run(source, replace(interface, nodes=len(x)), loads)["mu"][0])
+    if name == "sd":
+        along, mu = _sliding(source, interface, loads[0, -1:], box)
+        return np.interp(x, along, mu[:, 0])
+    # Points of one speed get to their ends at the same time; over the speed each has a time of its own.
+    parts = [loads[0, k : k + 1] for k in range(len(x))] if name == "v_rel" else [loads[0]]
+    return np.concatenate([_sliding(source, interface, part, box)[1][-1] for part in parts])
+
+
+def _sliding(
+    source: FrictionSource,
+    interface: FrictionInterface,
+    ends: FloatArray,
+    box: dict[str, tuple[float, float]],
+) -> tuple[FloatArray, FloatArray]:
+    """Return distances and mu of shape (rows, points) on the way from fresh contact to loads of one speed and one `sd`."""
+    v_rel, sd = LOAD_NAMES.index("v_rel"), LOAD_NAMES.index("sd")
+    along = np.linspace(0.0, float(ends[0, sd]), _STEPS + 1)
+    rows = np.repeat(ends[None], _STEPS + 1, axis=0)
+    rows[:, :, sd] = along[:, None]
+    # At rest no distance would ever be reached.
+    rows[:-1, :, v_rel] = speed = max(float(ends[0, v_rel]), _SLOWEST * box["v_rel"][1])
+    points = replace(interface, nodes=len(ends))
+    return along, reference_run(source, points, rows, float(along[1]) / speed)["mu"]
 
 
 def _ticks(low: float, high: float) -> list[float]:

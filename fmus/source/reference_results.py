@@ -129,9 +129,9 @@ def stimuli(interface: FrictionInterface, points: int) -> FloatArray:
 
 
 def reference_run(
-    source: FrictionSource, interface: FrictionInterface, loads: FloatArray
+    source: FrictionSource, interface: FrictionInterface, loads: FloatArray, step: float = STEP
 ) -> dict[str, FloatArray]:
-    """Play loads of shape (rows, points, 5) through ONNX Runtime with the rules of the FMU.
+    """Play loads of shape (rows, points, 5), `step` seconds apart, through ONNX Runtime with the rules of the FMU.
 
     Returns
     -------
@@ -186,7 +186,7 @@ def reference_run(
             found[s.name].append(state[:, j])
         found["in_domain"].append(np.array([float(not ((distance > 0.0) & (raw[:, 2] > 0.0)).any())]))
         if interface.states and k < len(loads) - 1:
-            following = run("state_next", row, float(f"{STEP:.6g}"))
+            following = run("state_next", row, float(f"{step:.6g}"))
             state = np.where(row[:, 2:3] > 0.0, following, state)
     return {n: np.array(v) for n, v in found.items()}
 

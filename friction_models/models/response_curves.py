@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..loads import LOADS, FloatArray
+from ..loads import LOAD_NAMES, LOADS, FloatArray
+from .after_sliding import after_sliding, remembers
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -67,7 +68,7 @@ def response_curves(model: FrictionLaw) -> go.Figure:
                     hovertemplate=f"{side} bound %{{y:.4f}}<extra></extra>",
                 )
         draw(
-            y=model.predict(along(centre, j, x)),
+            y=after_sliding(model, along(centre, j, x)),
             line={"color": LINE, "width": 2.5},
             name="other loads at the centre of the domain",
             showlegend=j == 0,
@@ -79,6 +80,8 @@ def response_curves(model: FrictionLaw) -> go.Figure:
     figure.update_yaxes(rangemode="tozero", title_text="mu", col=1)
     figure.update_yaxes(rangemode="tozero")
     shown = model.formula_text()
+    if remembers(model):
+        shown += f"; after sliding {centre[LOAD_NAMES.index('sd')]:.3g} mm from fresh contact, over sd after that distance"
     figure.update_layout(
         title={"text": f"{model.name}<br><sub>{shown if len(shown) < 150 else shown[:147] + '...'}</sub>"},
         template="plotly_white",
@@ -112,6 +115,6 @@ def band(model: FrictionLaw, others: FloatArray, j: int, values: FloatArray) -> 
     """Return the 5th and 95th percentile of mu over `others` at each value of load `j`."""
     loads = np.repeat(others, len(values), axis=0)
     loads[:, j] = np.tile(values, len(others))
-    curves = model.predict(loads).reshape(len(others), len(values))
+    curves = after_sliding(model, loads).reshape(len(others), len(values))
     low, high = np.percentile(curves, [5, 95], axis=0)
     return low, high

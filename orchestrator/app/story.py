@@ -19,6 +19,7 @@ from .commands import short
 from .commands.models import diagnosis_files
 from .project import HISTORY, Project, history
 from .project.history import ENDED, Story
+from .rounds import rounds_of
 
 T = TypeVar("T")
 #: Sections of each kind of report that the story takes, by the beginning of their anchors.
@@ -120,10 +121,8 @@ class _Teller:
         if len(story.rounds) < 2:
             return []
         try:
-            card = read_json(self.project.inside(f"{story.model}/card.json"))
-            model = card["model"]["learned"]["error_history"]
-            return [entry for entry in model if _is_round(entry)]
-        except (InputError, OSError, KeyError, TypeError) as error:
+            return rounds_of(self.project.inside(f"{story.model}/card.json"))
+        except (InputError, OSError) as error:
             self.problems.append(f"{shown(story.model, 80)}: {shown(error, 300)}")
             return []
 
@@ -171,15 +170,3 @@ def _loops(lines: list[dict[str, Any]]) -> list[Story]:
     kept = {loop.data: loop for loop in found if len(loop.rounds) > 1}
     last = found[-1] if found else None
     return [loop for loop in found if loop is kept.get(loop.data) or (loop is last and loop.data not in kept)]
-
-
-def _is_round(entry: object) -> bool:
-    """Whether an entry of a card says what was added and which errors it had before and after."""
-    if not isinstance(entry, dict) or not isinstance(entry.get("added"), list):
-        return False
-    errors = [entry.get("before"), entry.get("after")]
-    return "judged_by" in entry and all(
-        isinstance(e, dict)
-        and all(isinstance(e.get(k), float) and math.isfinite(e[k]) and e[k] > 0.0 for k in ("rmse", "mae"))
-        for e in errors
-    )

@@ -86,6 +86,29 @@ def test_the_curves_are_those_of_the_model(linear_onnx: Path) -> None:
             assert float(y) == pytest.approx(expected, abs=0.2)
 
 
+def test_a_model_that_remembers_is_drawn_after_it_slid(memory_onnx: Path) -> None:
+    """The state of this one is 1 + sd / 100 mm: over sd its friction rises, over the other loads it is that of 30 mm."""
+    source = read_source(memory_onnx)
+    picture = etree.fromstring(response_curves(source, source.interface(1)))
+    lines = picture.findall("polyline")
+    ticks = {float(t.text): float(t.get("y")) - 4.0 for t in picture.findall("text[@class='n']")}
+    (a, b) = sorted(ticks)[0], sorted(ticks)[-1]
+    at_start = 0.05 + 0.01 + 0.1 * source.system[0].start
+
+    def height(distance: float) -> float:
+        mu = at_start + 1e-4 * distance
+        return ticks[a] + (mu - a) / (b - a) * (ticks[b] - ticks[a])
+
+    ends = [[float(line.get("points").split()[k].split(",")[1]) for k in (0, -1)] for line in lines]
+    lower, upper = source.interface(1).domain.get("sd", (0.0, 60.0))
+    reach = upper + 0.12 * (upper - lower)
+    for name, found in zip([q.name for q in LOADS for _ in range(3)], ends, strict=True):
+        wanted = [height(0.0), height(reach)] if name == "sd" else [height(0.5 * (lower + upper))] * 2
+        assert found == pytest.approx(wanted, abs=0.15), name
+    said = " ".join(html.fromstring(page_of(source)).text_content().split())
+    assert f"after it slid {0.5 * (lower + upper):g} mm (sd) from fresh contact" in said
+
+
 def test_what_others_write_into_a_card_stays_text(linear_onnx: Path) -> None:
     evil = "<script>alert(1)</script>"
     source = replace(

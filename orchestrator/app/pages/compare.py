@@ -9,7 +9,7 @@ from nicegui import ui
 from .. import commands
 from ..project import Project, history
 from .frame import page_head
-from .parts import action, badge, choice, empty, line, say, section, words
+from .parts import action, badge, choice, empty, line, say, section, told, words
 from .parts import button as press
 from .residuals import show_residuals
 from .view import View
@@ -49,6 +49,12 @@ async def show(view: View) -> None:
     _train(view, data, learnt, unfolded=not own)
     if own:
         _ask(view, own, data, learnt)
+    with told(view):
+        await _compared(view, data)
+
+
+async def _compared(view: View, data: str) -> None:
+    """Show the comparison on a data set, if there is one."""
     page = await asyncio.to_thread(view.page, f"reports/comparison-{commands.short(data)}.html")
     if page is None:
         return

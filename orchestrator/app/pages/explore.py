@@ -17,7 +17,7 @@ from .. import commands
 from ..figures.explore import Sample, cloud, sample, summary
 from ..project.loaded import loaded
 from .frame import page_head
-from .parts import button, choice, empty, gone, plotted, say, words
+from .parts import button, choice, empty, gone, plotted, say, told, words
 from .view import View
 
 #: What drawing with the mouse does, as plotly calls it.
@@ -82,8 +82,12 @@ async def show(view: View) -> None:
     story = view.story()
     data = view.query.get("data", story.data)
     data = data if data in sets else sets[0]
-    dataset = await asyncio.to_thread(loaded, project.inside(data))
-    await _Explorer(view, dataset, sets, data).build()
+    names = {place: commands.short(place) for place in sets}
+    with ui.element("div").classes("choices"):
+        choice("Measurements", names, data, lambda v: ui.navigate.to(f"/explore?data={v}"))
+    with told(view):
+        dataset = await asyncio.to_thread(loaded, project.inside(data))
+        await _Explorer(view, dataset, data).build()
 
 
 @dataclass
@@ -103,8 +107,8 @@ class _Choices:
 class _Explorer:
     """Choices, pictures and what is picked."""
 
-    def __init__(self, view: View, dataset: DataSet, sets: list[str], data: str) -> None:
-        self.view, self.dataset, self.sets, self.data = view, dataset, sets, data
+    def __init__(self, view: View, dataset: DataSet, data: str) -> None:
+        self.view, self.dataset, self.data = view, dataset, data
         self.found: Sample = sample(dataset)
         columns = [c for c in self.found.frame.columns if c not in _NO_AXES]
         self.colors = columns
@@ -129,10 +133,6 @@ class _Explorer:
         """Build the choices and the pictures."""
         chosen, numbers = self.chosen, self.numbers
         with ui.element("div").classes("choices"):
-            choice(
-                "Measurements", {s: commands.short(s) for s in self.sets}, self.data,
-                lambda v: ui.navigate.to(f"/explore?data={v}"),
-            )  # fmt: skip
             choice("Up", numbers, chosen.y, partial(self._set, "y"))
             choice("Across", numbers, chosen.x, partial(self._set, "x"))
             choice("Colour", {"": "one colour", **{c: c for c in self.colors}}, chosen.color, partial(self._set, "color"))  # fmt: skip

@@ -13,6 +13,7 @@ from friction_models.common.markup import escape
 
 from .. import commands
 from ..commands.fmus import MOST_NODES, SWITCHES, TARGETS, PackOptions, pack, platform_names
+from ..project.project import changed
 from ..serving import has_page, page_address
 from ..work.worker import DONE, FAILED, Job
 from .frame import page_head
@@ -54,8 +55,8 @@ async def show(view: View) -> None:
 
 
 def _sizes(view: View) -> list[tuple[str, int]]:
-    found = sorted([*view.project.fmus(), *view.project.systems()], key=lambda p: -p.stat().st_mtime)
-    return [(view.project.relative(p), p.stat().st_size) for p in found]
+    found = sorted([*view.project.fmus(), *view.project.systems()], key=changed, reverse=True)
+    return [(view.project.relative(p), p.stat().st_size) for p in found if p.is_file()]
 
 
 def _pack(view: View, models: list[str], model: str) -> None:

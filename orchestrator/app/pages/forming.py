@@ -19,7 +19,7 @@ from ..serving import address
 from .compare import CONSTANTS
 from .forming_form import FormState, ask, constants_of, first_form, processes
 from .frame import page_head
-from .parts import action, badge, button, choice, download, empty, heading, parts, say, section, words
+from .parts import action, badge, button, choice, download, empty, heading, parts, say, section, told, words
 from .view import View
 
 
@@ -37,7 +37,8 @@ async def show(view: View) -> None:
     waiting.delete()
     await ask(view, form)
     await _every_press_level(view, form)
-    await _results(view)
+    with told(view):
+        await _results(view)
 
 
 async def _every_press_level(view: View, form: FormState) -> None:

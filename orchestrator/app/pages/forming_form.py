@@ -66,8 +66,11 @@ class FormState:
             return None
         texts = [*kept.get("models", []), *kept.get("levels", {}).values()]
         values = kept.get("values", {}).values()
+        numbers = [kept.get("stroke") or 0.0, *(v for v in values if not isinstance(v, str))]
+        if not all(isinstance(v, int | float) and abs(v) < 1e300 for v in numbers):
+            return None
         # What a file names goes into command lines.
-        plain = all(is_name(v) if isinstance(v, str) else isinstance(v, int | float) for v in values)
+        plain = all(is_name(v) for v in values if isinstance(v, str))
         if not plain or not all(isinstance(t, str) for t in texts):
             return None
         return cls(**kept)

@@ -105,13 +105,13 @@ class Workbench:
         try:
             await importlib.import_module(f".{module}", __package__).show(view)
         except InputError as error:
-            _cannot_be_shown(str(error), content)
+            _cannot_be_shown(view.bare(str(error)), content)
         except Exception as error:
             if gone(content):
                 return
             # A file that nobody foresaw must not leave half a page: the rest of the workbench goes on.
             logging.getLogger("tribofmu.app").exception("page %s", path)
-            _cannot_be_shown(f"{type(error).__name__}: {shown(error)}", content)
+            _cannot_be_shown(view.bare(f"{type(error).__name__}: {shown(error)}"), content)
 
     def _state(self) -> tuple[int, int]:
         """Return what a page depends on: the commands that ended, and what was decided."""
@@ -222,8 +222,15 @@ class Strip:
 def _time(job: Job) -> str:
     if job.state != RUNNING:
         return "waiting"
-    left = job.left()
-    return f"{job.elapsed():.0f} s" + ("" if left is None else f", about {max(1.0, left):.0f} s left")
+    left, before = job.left(), job.before
+    said = [f"{job.elapsed():.0f} s"]
+    if job.progress is not None:
+        said.append(f"{100.0 * job.progress:.0f} %")
+    if left is not None:
+        said.append(f"about {left:.0f} s left")
+    elif before is not None:
+        said.append(f"the last time it took {before:.0f} s")
+    return ", ".join(said)
 
 
 def _head(project: Project, path: str, mode: ui.dark_mode, look: str) -> ui.element:

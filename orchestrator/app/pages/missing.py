@@ -10,7 +10,6 @@ from typing import Any
 from nicegui import ui
 
 from friction_models.common import InputError
-from friction_models.common.files import read_json
 from friction_models.effects import make_effect
 
 from ...report.reading import ReadPage
@@ -18,6 +17,7 @@ from .. import commands
 from ..answer import Answer, Offer
 from ..commands import Command
 from ..project.history import ACCEPTED, TAKEN_BACK, Story, learnt_from
+from ..rounds import rounds_of
 from .frame import page_head
 from .parts import (
     action,
@@ -31,6 +31,7 @@ from .parts import (
     picture,
     say,
     section,
+    told,
     words,
 )
 from .view import View
@@ -52,13 +53,15 @@ async def show(view: View) -> None:
         )
         return
     story = view.story()
-    answer, page = await asyncio.to_thread(_answer, view, story)
+    answer, page, problem = await asyncio.to_thread(_answer, view, story)
     if page is None:
         page_head(
             f"What is the {commands.short(story.model)} model missing?",
             "Every physical effect of the catalogue is tried on what the model leaves of the measured friction. The answer "
             "says which effect is missing, that nothing is, or that these tests cannot tell.",
         )
+        if problem:
+            say(f"The last answer cannot be shown: {problem}", "problem")
         _choices(view, story)
         if story.model in commands.models.FAMILIES:
             say(
@@ -87,10 +90,13 @@ async def show(view: View) -> None:
     action(view, commands.models.diagnose(story.data, story.model), "Ask again")
 
 
-def _answer(view: View, story: Story) -> tuple[Answer, ReadPage | None]:
-    """Return what `diagnose` wrote about the model in hand: its JSON and its page."""
+def _answer(view: View, story: Story) -> tuple[Answer, ReadPage | None, str]:
+    """Return what `diagnose` wrote about the model in hand: its JSON and its page, or why they cannot be read."""
     file, page, _ = commands.models.diagnosis_files(story.data, story.model)
-    return Answer.read(view.project.inside(file)), view.page(page)
+    try:
+        return Answer.read(view.project.inside(file)), view.page(page), ""
+    except InputError as error:
+        return Answer(), None, view.bare(str(error))
 
 
 def _choices(view: View, story: Story) -> None:
@@ -170,16 +176,18 @@ def _candidate(view: View, story: Story) -> None:
     """Show an addition before and after, to be accepted or taken back."""
     if story.candidate is None:
         return
-    page = view.page(story.candidate.report) if story.candidate.report else None
+    page = None
     with ui.element("section").classes("panel"):
         heading(f"Before and after: {' and '.join(story.candidate.added)} added")
+        with told(view):
+            page = view.page(story.candidate.report) if story.candidate.report else None
         if page is not None:
             history = page.section("history")
             parts(history.parts if history else [])
         with ui.element("div").classes("buttons action"):
             model = story.candidate.model
             button("Accept", lambda: view.note(ACCEPTED, model=model), "first")
-            button("Take back", lambda: view.note(TAKEN_BACK))
+            button("Take back", lambda: view.note(TAKEN_BACK, model=model))
         say("Accept to ask what the better model still misses. Taking back deletes nothing.", "soft")
         residual = page.section("residual") if page is not None else None
         if residual is not None:
@@ -192,13 +200,14 @@ async def _rounds(view: View, story: Story, answer: Answer) -> None:
         return
     with ui.element("section").classes("panel"):
         heading("The rounds so far")
-        figure = await asyncio.to_thread(_staircase, view, story.model, answer)
-        if figure is not None:
-            picture(figure, narrow=True)
+        with told(view):
+            figure = await asyncio.to_thread(_staircase, view, story.model, answer)
+            if figure is not None:
+                picture(figure, narrow=True)
         with ui.element("div").classes("buttons action"):
             ui.link("Take it away as an FMU", "/fmu").classes("button first")
             if story.candidate is None:
-                button("Take back the last one", lambda: view.note(TAKEN_BACK))
+                button("Take back the last one", lambda: view.note(TAKEN_BACK, model=story.model))
 
 
 def _staircase(view: View, model: str, answer: Answer) -> Any:
@@ -206,8 +215,7 @@ def _staircase(view: View, model: str, answer: Answer) -> Any:
     from ...report.charts.rounds import rounds_chart
     from ..figures.as_read import as_read
 
-    card = read_json(view.project.inside(f"{model}/card.json"))
-    history = card.get("model", {}).get("learned", {}).get("error_history", [])
+    history = rounds_of(view.project.inside(f"{model}/card.json"))
     if not history:
         return None
     chart = rounds_chart(history, answer.floor)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import inspect
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from nicegui import events, ui
 
+from friction_models.common import InputError
 from friction_models.common.markup import escape
 
 from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
@@ -36,6 +39,15 @@ def words(text: str, kind: str = "") -> ui.html:
 def say(text: str, kind: str = "") -> ui.html:
     """Show plain text as a paragraph."""
     return words(f"<p>{escape(text)}</p>", kind)
+
+
+@contextmanager
+def told(view: View) -> Iterator[None]:
+    """Say what cannot be read, and go on with the page: who sees it can ask again, or choose something else."""
+    try:
+        yield
+    except InputError as error:
+        say(view.bare(str(error)), "problem")
 
 
 def heading(text: str, level: int = 2) -> None:
@@ -109,8 +121,29 @@ def badge(page: ReadPage) -> None:
 
 def button(label: str, pressed: Callable[[], Any], kind: str = "") -> ui.button:
     """Show a button in our own colours; `kind`: ``first`` for the step that comes next, ``plain`` for a quiet one."""
-    made = ui.button(label, on_click=pressed, color=None).props("no-caps unelevated")
+    made = ui.button(label, on_click=_heard(pressed), color=None).props("no-caps unelevated")
     return made.classes(f"press {kind}".strip())
+
+
+def _heard(done: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a handler that says what was refused, as by a full disk; without it nothing would seem to happen."""
+
+    def heard(*given: Any) -> Any:
+        try:
+            found = done(*given)
+        except (InputError, OSError) as error:
+            ui.notify(str(error), type="negative")
+            return None
+        return _waited(found) if inspect.iscoroutine(found) else found
+
+    return heard
+
+
+async def _waited(going_on: Any) -> None:
+    try:
+        await going_on
+    except (InputError, OSError) as error:
+        ui.notify(str(error), type="negative")
 
 
 def action(view: View, command: Command, label: str, first: bool = False) -> ui.button:
@@ -147,6 +180,7 @@ def choice(
     label: str, options: dict[str, str] | list[str], value: Any, changed: Callable[[Any], Any], **more: Any
 ) -> ui.select:
     """Show a field to choose from."""
-    field = ui.select(options, value=value, label=label, on_change=lambda e: changed(e.value), **more)
+    heard = _heard(changed)
+    field = ui.select(options, value=value, label=label, on_change=lambda e: heard(e.value), **more)
     field.props("outlined dense options-dense").classes("choice")
     return field

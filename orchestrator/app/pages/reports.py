@@ -85,8 +85,8 @@ def _story(view: View, reports: list[str]) -> None:
 
 def _told(lines: list[dict[str, object]]) -> list[dict[str, object]]:
     """Return the lines without the starts of commands whose end is there, too."""
-    ended = {line.get("job") for line in lines if line["event"] == history.ENDED}
-    return [line for line in lines if line["event"] != history.STARTED or line.get("job") not in ended]
+    ended = {str(line.get("job")) for line in lines if line["event"] == history.ENDED}
+    return [line for line in lines if line["event"] != history.STARTED or str(line.get("job")) not in ended]
 
 
 def _outcome(line: dict[str, object]) -> str:

@@ -88,6 +88,10 @@ class View:
         history.add(self.project.root / HISTORY, event, **content)
         self.worker.changes += 1
 
+    def bare(self, text: str) -> str:
+        """Return a sentence with paths as the project names them."""
+        return text.replace(f"{self.project.root}/", "")
+
     def page(self, path: str) -> ReadPage | None:
         """Return the report at a path of the project, taken apart; None where there is none."""
         file = self.project.inside(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shlex
@@ -9,29 +10,53 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
+
+from friction_models.common import InputError
 
 #: What a line of the history is about.
 STARTED, ENDED, BROUGHT = "started", "ended", "brought"
 CHOSEN, ACCEPTED, TAKEN_BACK = "chosen", "accepted", "taken back"
-#: A file that a page wrote; an interrupted command that nobody wants any more.
-SAVED, LEFT = "saved", "left"
+#: A file that a page wrote; a folder that got another place; an interrupted command that nobody wants any more.
+SAVED, MOVED, LEFT = "saved", "moved", "left"
 _LOCK = threading.Lock()
 #: Largest history that is read [byte].
 _LARGEST = 50_000_000
 
 
 def add(file: Path, event: str, /, **content: Any) -> None:
-    """Append a line."""
+    """Append a line.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written, or the disk is full.
+    """
     line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "event": event, **content}
-    data = (json.dumps(line, ensure_ascii=False) + "\n").encode()
+    # Half of a letter, which a browser can send, has no bytes; as JSON writes it, it is read as it was.
+    data = (json.dumps(line, ensure_ascii=False) + "\n").encode(errors="backslashreplace")
     with _LOCK:
-        handle = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
         try:
-            os.write(handle, data)
-        finally:
-            os.close(handle)
+            _append(file, data)
+        except OSError as error:
+            raise InputError(
+                f"{file.name}: cannot be written ({error.strerror}); allowed: a file that can be, on a disk with room"
+            ) from None
+
+
+def _append(file: Path, data: bytes) -> None:
+    handle = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
+    try:
+        size = os.fstat(handle).st_size
+        # Behind a line that broke off a new one begins: else both would be lost.
+        if size and os.pread(handle, 1, size - 1) != b"\n":
+            data = b"\n" + data
+        if os.write(handle, data) < len(data):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    finally:
+        os.close(handle)
 
 
 def read(file: Path) -> list[dict[str, object]]:
@@ -43,7 +68,8 @@ def read(file: Path) -> list[dict[str, object]]:
     except OSError:
         return []
     found: list[dict[str, object]] = []
-    for line in text.splitlines():
+    # Not splitlines: it knows more ends of lines, which may stand inside of a text.
+    for line in text.split("\n"):
         try:
             entry = json.loads(line)
         except (ValueError, RecursionError):
@@ -78,13 +104,20 @@ def learnt_from(lines: Sequence[Mapping[str, object]]) -> dict[str, str]:
     for line in lines:
         if line["event"] != ENDED or line.get("code") != 0:
             continue
-        try:
-            words = shlex.split(str(line.get("command", "")))
-        except ValueError:
-            continue
-        if words[1:2] in (["train"], ["refine"]) and {"--data", "-o"} <= {*words[2:-1]}:
-            found[words[words.index("-o") + 1]] = words[words.index("--data") + 1]
+        name, options = _options(line)
+        if name in {"train", "refine"} and {"--data", "-o"} <= options.keys():
+            found[options["-o"]] = options["--data"]
     return found
+
+
+def _options(line: Mapping[str, object]) -> tuple[str, dict[str, str]]:
+    """Return the name of a line's command, and the word behind each of its options."""
+    try:
+        words = shlex.split(str(line.get("command", "")))
+    except ValueError:
+        return "", {}
+    name = words[1] if len(words) > 1 else ""
+    return name, {word: value for word, value in pairwise(words[2:]) if word.startswith("-")}
 
 
 @dataclass
@@ -143,23 +176,40 @@ class Story:
         for line in lines:
             if line["event"] == CHOSEN:
                 data, model = str(line.get("data", "")), str(line.get("model", ""))
-                found.append(cls(data, _way_to(model, [s for s in found if s.data == data])))
+                before = [s for s in found if s.data == data]
+                waiting = [s.candidate for s in before if s.model == model]
+                found.append(cls(data, _way_to(model, before), waiting[-1] if waiting else None))
+            elif line["event"] == ENDED:
+                _, options = _options(line)
+                # Something else may have been chosen while the command ran.
+                asked = [s for s in found if s._asked_by(options)]
+                if asked:
+                    asked[-1]._go_on(line)
             else:
                 found[-1]._go_on(line)
         return found
 
+    def _asked_by(self, options: Mapping[str, str]) -> bool:
+        """Whether the options of a command name this data set and the model in hand, as far as they name any."""
+        return (
+            options.get("--data", self.data) == self.data and options.get("--model", self.model) == self.model
+        )
+
     def _go_on(self, line: Mapping[str, object]) -> None:
         event, added = line["event"], line.get("round")
+        # A decision is about the model that its page showed: pressed twice, or in two tabs, it counts once.
+        waiting = self.candidate
+        about = line.get("model", self.model if waiting is None else waiting.model)
         if event == ENDED and line.get("code") == 0 and isinstance(added, Mapping):
             self.candidate = _round(added)
-        elif event == ACCEPTED and self.candidate is not None:
-            self.rounds.append(self.candidate)
-            self.candidate = None
-        elif event == TAKEN_BACK:
-            if self.candidate is not None:
+        elif waiting is not None and about == waiting.model:
+            if event == ACCEPTED:
+                self.rounds.append(waiting)
+            if event in {ACCEPTED, TAKEN_BACK}:
                 self.candidate = None
-            elif len(self.rounds) > 1:
-                self.rounds.pop()
+        elif event == TAKEN_BACK and about == self.model and len(self.rounds) > 1:
+            self.rounds.pop()
+            self.candidate = None
 
 
 def _way_to(model: str, loops: list[Story]) -> list[Round]:

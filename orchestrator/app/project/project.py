@@ -95,11 +95,8 @@ class Project:
         ):
             raise refused
         path = self.root.joinpath(*parts)
-        try:
-            real = path.resolve()
-        except (OSError, RuntimeError):
-            raise refused from None
-        if not real.is_relative_to(self.root) or (self.root / WORK) in (real, *real.parents):
+        real = _real(path)
+        if real is None or not real.is_relative_to(self.root) or (self.root / WORK) in (real, *real.parents):
             raise refused
         return path
 
@@ -163,15 +160,31 @@ class Project:
     def reports(self) -> list[Path]:
         """Return the pages, newest first."""
         found = [p for p in self._entries("reports") if p.suffix == ".html" and p.is_file()]
-        return sorted(found, key=lambda p: -p.stat().st_mtime)
+        return sorted(found, key=changed, reverse=True)
 
     def _entries(self, folder: str) -> list[Path]:
         """Return what a folder holds and commands may be given: names of plain letters, no links out."""
-        found = []
-        for path in sorted((self.root / folder).iterdir()) if (self.root / folder).is_dir() else []:
-            if is_name(path.name) and path.resolve().is_relative_to(self.root):
-                found.append(path)
-        return found
+        top = self.root / folder
+        listed = sorted(top.iterdir()) if top.is_dir() else []
+        return [
+            p for p in listed if is_name(p.name) and (real := _real(p)) and real.is_relative_to(self.root)
+        ]
+
+
+def changed(path: Path) -> float:
+    """Return when a file was changed; 0 where it was removed since it was listed."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _real(path: Path) -> Path | None:
+    """Return a path without links; None where links lead in a circle."""
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError):
+        return None
 
 
 def is_name(text: str) -> bool:

@@ -134,7 +134,7 @@ def save_map(project: Project, place: str, records: bool, content: Mapping[str, 
         old = file.read_bytes()
         if old == text.encode():
             return path
-        earlier = file.parent / "earlier"
+        earlier = project.inside(f"{place}/earlier")
         earlier.mkdir(exist_ok=True)
         number = 1 + max(
             (int(n[1]) for p in earlier.iterdir() if (n := re.search(r"-(\d{3})\.yaml$", p.name))), default=0

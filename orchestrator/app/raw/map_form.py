@@ -136,7 +136,7 @@ class MapForm:
             return form
         form.absent = drafted
         mass, metadata = saved.get("moving_mass"), saved.get("metadata")
-        form.mass = float(mass) if isinstance(mass, int | float) and not isinstance(mass, bool) else None
+        form.mass = number(mass)
         form.metadata = dict(metadata) if isinstance(metadata, Mapping) else {}
         form.name = str(saved.get("test_id" if records else "file_name") or "")
         form.phases = saved.get("phases") or "detect"
@@ -144,7 +144,7 @@ class MapForm:
         for column in columns:
             limits = only.get(column.name) if isinstance(only, Mapping) else None
             if isinstance(limits, Mapping):
-                column.low, column.high = _number(limits.get("min")), _number(limits.get("max"))
+                column.low, column.high = number(limits.get("min")), number(limits.get("max"))
         form.filters = {k: saved[k] for k in ("despike", "low_pass") if records and k in saved}
         return form
 
@@ -274,7 +274,7 @@ def _fill(column: ColumnForm, entry: Any) -> None:
     column.is_ = str(entry.get("quantity") or "")
     column.unit = str(entry.get("unit") or "")
     column.sign = -1 if entry.get("sign") == -1 else 1
-    column.offset, column.std = _number(entry.get("offset")), _number(entry.get("std"))
+    column.offset, column.std = number(entry.get("offset")), number(entry.get("std"))
     column.scale = str(entry.get("scale") or "")
     column.sensitivity = str(entry.get("sensitivity") or "")
 
@@ -298,5 +298,13 @@ def _entry(column: ColumnForm, records: bool) -> Entry:
     return entry
 
 
-def _number(value: Any) -> float | None:
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+def number(value: object) -> float | None:
+    """Return a number of a file; None for what a field for numbers cannot show.
+
+    Examples
+    --------
+    >>> number(3), number(float("inf")), number(True), number(10**400), number("3")
+    (3.0, None, None, None, None)
+    """
+    known = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    return float(value) if known and isinstance(value, int | float) else None

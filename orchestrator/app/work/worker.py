@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import math
 import os
 import re
 import signal
@@ -16,9 +17,9 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from statistics import median
 from typing import IO
 
+from friction_models.common import InputError
 from friction_models.common.errors import shown
 from friction_models.common.processes.child_processes import python_command
 
@@ -34,7 +35,10 @@ LINES, LONGEST = 400, 400
 #: Largest log [byte].
 LARGEST_LOG = 4_000_000
 #: ``twin: 12/81 twin of test sct012``, as commands write where no terminal is.
-_PROGRESS = re.compile(r"[^:]{1,60}: (\d{1,9})/(\d{1,9})(?: (.*))?$")
+_PROGRESS = re.compile(r"([^:]{1,60}): (\d{1,9})/(\d{1,9})(?: (.*))?$")
+#: The time left is guessed after so many steps and this share of the work, where the first and the second half of the steps agree
+#: within this factor, and where it is long enough to matter [s]: what ends a command, such as its report, is no step.
+STEPS, SHARE, AGREE, MATTERS = 6, 0.1, 1.5, 5.0
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
 
 
@@ -60,7 +64,11 @@ class Job:
     saying: str = ""
     began: float = 0.0
     seconds: float = 0.0
-    expected: float | None = None
+    #: How long the same command line took the last time [s].
+    before: float | None = None
+    #: When it said how far it was [s, share]; and what it called that.
+    marks: list[tuple[float, float]] = field(default_factory=list, repr=False)
+    part: str | None = ""
     lines: deque[str] = field(default_factory=lambda: deque(maxlen=LINES))
     process: subprocess.Popen[bytes] | None = field(default=None, repr=False)
 
@@ -74,12 +82,32 @@ class Job:
         return time.monotonic() - self.began if self.state == RUNNING else self.seconds
 
     def left(self) -> float | None:
-        """Return about how long it still takes [s]; None where nothing is known."""
-        if self.state != RUNNING:
+        """Return about how long it still takes [s]; None where a guess would often be off by more than a factor of two."""
+        share = self.progress or 0.0
+        if self.state != RUNNING or self.part is None or len(self.marks) < STEPS or not SHARE <= share < 1.0:
             return None
-        if self.progress:
-            return self.elapsed() * (1.0 - self.progress) / self.progress
-        return None if self.expected is None else max(0.0, self.expected - self.elapsed())
+        last, _ = self.marks[-1]
+        # The time before the first step, in which a command loads and reads, says nothing of the steps.
+        guesses = [
+            (last - at) * (1.0 - share) / (share - done)
+            for at, done in (self.marks[0], self.marks[len(self.marks) // 2])
+            if share > done
+        ]
+        if len(guesses) < 2 or max(guesses) > AGREE * min(guesses):
+            return None
+        left = math.sqrt(guesses[0] * guesses[1]) - (self.elapsed() - last)
+        return left if left >= MATTERS else None
+
+    def heard(self, part: str, share: float) -> None:
+        """Note how far a part of the work is."""
+        # Nobody knows how many parts there are: from the second on nothing is guessed.
+        if self.part and part != self.part:
+            self.part = None
+        elif self.part is not None:
+            self.part = part
+        if self.progress is None or share > self.progress:
+            self.marks.append((self.elapsed(), share))
+        self.progress = share
 
     def problem(self) -> str:
         """Return why it failed, in the sentence of the command."""
@@ -102,7 +130,7 @@ class Worker:
         self.project = project
         self.jobs: list[Job] = []
         self.changes = 0
-        self._numbers = itertools.count(1 + len(list((project.root / WORK).glob("*.log"))))
+        self._numbers = itertools.count(1 + _last_number(project))
         self.interrupted = interrupted_commands(project)
         self._wake = threading.Condition()
         self._closing = False
@@ -197,39 +225,29 @@ class Worker:
                 self.changes += 1
             try:
                 self._run(job)
-            except OSError as error:
+            except Exception as error:
+                # Whatever it was: a thread that ends leaves every later command waiting for ever.
+                if job.process is not None:
+                    _end(job.process)
                 self._finish(job, 1, f"tribofmu: error: {error}")
 
     def _run(self, job: Job) -> None:
         file = self.project.root / HISTORY
-        job.expected = expected_seconds(history.read(file), job.command.line)
+        job.before = last_seconds(history.read(file), job.command.line)
         history.add(
             file, history.STARTED, job=job.number, command=job.command.line, title=job.command.title,
             **({"more": job.command.more} if job.command.more else {}),
         )  # fmt: skip
-        # The lock keeps a cancel from coming between the start and the place where it finds the process.
-        with self._wake:
-            if job.state != RUNNING:
-                history.add(file, history.ENDED, job=job.number, command=job.command.line, code=130)
-                return
-            process = job.process = subprocess.Popen(
-                python_command("orchestrator.app.work.attached", "orchestrator.cli", *job.command.arguments),
-                cwd=self.project.root,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                env={
-                    **os.environ,
-                    "PYTHONUNBUFFERED": "1",
-                    "COLUMNS": "120",
-                    "NO_COLOR": "1",
-                    PROGRESS_EVERY: "1",
-                },
-                start_new_session=True,
-            )
         log = self.project.root / WORK / f"{job.number:05d}.log"
-        with log.open("wb") as kept:
-            kept.write(f"$ {job.command.line}\n".encode())
+        log.parent.mkdir(mode=0o700, exist_ok=True)
+        # Unbuffered: what a full disk refuses is not tried again when the file is closed.
+        with log.open("wb", buffering=0) as kept:
+            # The lock keeps a cancel from coming between the start and the place where it finds the process.
+            with self._wake:
+                if job.state != RUNNING:
+                    history.add(file, history.ENDED, job=job.number, command=job.command.line, code=130)
+                    return
+                process = job.process = self._begun(job.command)
             assert process.stdout is not None
             self._listen(job, process.stdout, kept)
         code = process.wait()
@@ -246,20 +264,37 @@ class Worker:
             return
         self._finish(job, code)
 
+    def _begun(self, command: Command) -> subprocess.Popen[bytes]:
+        return subprocess.Popen(
+            python_command("orchestrator.app.work.attached", "orchestrator.cli", *command.arguments),
+            cwd=self.project.root,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env={
+                **os.environ,
+                "PYTHONUNBUFFERED": "1",
+                "COLUMNS": "120",
+                "NO_COLOR": "1",
+                PROGRESS_EVERY: "1",
+            },
+            start_new_session=True,
+        )
+
     def _listen(self, job: Job, said: IO[bytes], kept: IO[bytes]) -> None:
-        written = 0
+        written = _keep(kept, f"$ {job.command.line}\n".encode())
         # A line without end is cut: what a command says of foreign files may be of any length.
         while raw := said.readline(100_000):
             if written < LARGEST_LOG:
-                written += kept.write(raw)
-                kept.flush()
+                written += _keep(kept, raw)
             line = shown_line(raw)
             job.lines.append(line)
             found = _PROGRESS.match(line)
             if found:
-                done, total, what = int(found[1]), int(found[2]), found[3]
-                job.progress = min(1.0, done / total) if total else None
-                job.saying = what or job.saying
+                done, total = int(found[2]), int(found[3])
+                if total:
+                    job.heard(found[1], min(1.0, done / total))
+                job.saying = found[4] or job.saying
             elif line.strip():
                 job.saying = line.strip()
             self.changes += 1
@@ -272,14 +307,34 @@ class Worker:
             cancelled = job.state == CANCELLED
             code = 130 if cancelled else code
             more = job.command.more if code == 0 else {"interrupted": True} if self._closing else {}
-            history.add(
-                self.project.root / HISTORY, history.ENDED, job=job.number, command=job.command.line,
-                code=code, seconds=round(seconds, 2), **more,
-            )  # fmt: skip
+            try:
+                history.add(
+                    self.project.root / HISTORY, history.ENDED, job=job.number, command=job.command.line,
+                    code=code, seconds=round(seconds, 2), **more,
+                )  # fmt: skip
+            except InputError as error:
+                job.lines.append(f"tribofmu: error: {error}")
+                code = code or 1
             job.seconds, job.process = seconds, None
             job.state = CANCELLED if cancelled else DONE if code == 0 else FAILED
             self.changes += 1
             self._wake.notify_all()
+
+
+def _keep(log: IO[bytes], raw: bytes) -> int:
+    """Write to a log; a full disk costs the rest of the log, and not the command."""
+    try:
+        return log.write(raw)
+    except OSError:
+        return LARGEST_LOG
+
+
+def _last_number(project: Project) -> int:
+    """Return the largest number of a job that the history or a log knows."""
+    told = [line.get("job") for line in history.read(project.root / HISTORY)]
+    logs = [p.stem for p in (project.root / WORK).glob("*.log")]
+    numbers = [n for n in told if isinstance(n, int)] + [int(n) for n in logs if re.fullmatch(r"\d{1,9}", n)]
+    return max((n for n in numbers if 0 <= n < 10**9), default=0)
 
 
 def shown_line(raw: bytes) -> str:
@@ -305,36 +360,27 @@ def interrupted_commands(project: Project) -> list[Command]:
     return [command for command in found.values() if command is not None]
 
 
-def expected_seconds(lines: list[dict[str, object]], command: str) -> float | None:
-    """Return how long a command of the same kind took the last times in this project [s].
+def last_seconds(lines: list[dict[str, object]], command: str) -> float | None:
+    """Return how long a command line took the last time [s].
 
     Examples
     --------
-    >>> entry = {"event": "ended", "code": 0, "command": "tribofmu pack m -o m.fmu"}
-    >>> expected_seconds([{**entry, "seconds": s} for s in (2.0, 3.0, 9.0)], "tribofmu pack other -o other.fmu")
-    3.0
+    >>> entry = {"event": "ended", "code": 0, "command": "tribofmu check a.fmu"}
+    >>> lines = [{**entry, "seconds": 3.0}, {**entry, "seconds": 2.0}, {**entry, "seconds": True}]
+    >>> last_seconds(lines, "tribofmu check a.fmu"), last_seconds(lines, "tribofmu check b.fmu")
+    (2.0, None)
     """
-    took = [
-        float(str(line["seconds"]))
-        for line in lines
-        if line["event"] == history.ENDED
-        and line.get("code") == 0
-        and isinstance(line.get("seconds"), int | float)
-        and _kind(str(line.get("command", ""))) == _kind(command)
-    ]
-    return median(took[-5:]) if took else None
-
-
-def _kind(line: str) -> tuple[str, ...]:
-    """Return what tells quick commands from slow ones: `compare` with points, and `compare` that forms.
-
-    Examples
-    --------
-    >>> _kind("tribofmu compare --process fre --models 0.08"), _kind("tribofmu compare --models 0.08 --data data/a")
-    (('compare', '--process'), ('compare', '--data'))
-    """
-    words = line.split()
-    return (*words[1:2], *(w for w in words[2:] if w in {"--process", "--press", "--data", "--dry-run"}))
+    for line in reversed(lines):
+        seconds = line.get("seconds")
+        same = line["event"] == history.ENDED and line.get("code") == 0 and line.get("command") == command
+        if (
+            same
+            and isinstance(seconds, int | float)
+            and not isinstance(seconds, bool)
+            and 0.0 <= seconds < 1e7
+        ):
+            return float(seconds)
+    return None
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

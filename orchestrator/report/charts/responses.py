@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
 
 from friction_models.common.markup import escape
 from friction_models.loads import LOADS, FloatArray, TriboLoads
-from friction_models.loads.contract import with_unit
+from friction_models.loads.contract import QUANTITIES, with_unit
+from friction_models.models.after_sliding import after_sliding, remembers
 from friction_models.models.domain import known_domain
 
 from ..parts.chart import Chart
@@ -17,10 +18,27 @@ from ..parts.theme import LINE, Look
 
 #: How far the curves go beyond the data, as a share of its range, so that the ends of a model show.
 REACH = 0.15
-CAPTION = (
+_CAPTION = (
     "mu against each load, the others at the median of the data, each model limited to its trained domain as its FMU is by "
     "default. The shaded range is where nine tenths of the data lie."
 )
+
+
+def caption(data: TriboLoads, models: Iterable[object]) -> str:
+    """Return the sentences below the curves; where a model remembers, they name the distance that it slid before.
+
+    Examples
+    --------
+    >>> "remembers" in caption(TriboLoads.from_array([[50, 20, 500, 0, 1]]), [])
+    False
+    """
+    if not any(map(remembers, models)):
+        return _CAPTION
+    slid = f"{float(np.median(data.sd)):.3g} {QUANTITIES['sd'].unit}"
+    return (
+        f"{_CAPTION} A model that remembers is drawn after it slid {slid} (sd) from fresh contact, the median of the data, at the loads of "
+        "the point; over sd after that distance."
+    )
 
 
 class Predicts(Protocol):
@@ -46,7 +64,7 @@ def response_chart(data: TriboLoads, curves: Sequence[tuple[str, Look, Predicts]
         said = f"{quantity.name} %{{x:.4g}}<br>mu %{{y:.4f}}<extra>%{{fullData.name}}</extra>"
         for label, look, model in curves:
             domain = known_domain(model)
-            mu = model.predict(points if domain is None else domain.clamp(points))
+            mu = after_sliding(model, points if domain is None else domain.clamp(points))
             chart.scatter(panel, grid, mu, escape(label), said, mode="lines", line=look)
         # After the curves: plotly leaves out panels that are still empty.
         chart.figure.add_vrect(

@@ -16,7 +16,7 @@ from ...comparison.on_tests import Order, TestsComparison
 from ...force_curves.metrics import LevelSummary
 from ..charts.comparison import MOST_TESTS, per_test_chart
 from ..charts.measurements import POINTS
-from ..charts.responses import CAPTION, response_chart
+from ..charts.responses import caption, response_chart
 from ..parts.chart import Chart
 from ..parts.page import Page
 from ..parts.theme import INK, PRESS, PRESS_BAND, looks
@@ -108,7 +108,7 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
         "response",
         "Response curves",
         response_chart(c.loads, [(n, styles[n], c.models[n]) for n in c.order.names]),
-        CAPTION,
+        caption(c.loads, [c.models[n] for n in c.order.names]),
         "Response curves of all models over the five loads.",
     )
     which = "" if len(c.result.per_test) <= MOST_TESTS else f", the {MOST_TESTS} worst of the best model"

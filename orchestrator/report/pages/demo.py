@@ -14,7 +14,7 @@ from friction_models.effects import make_effect
 from ...studies.forming_error.words import percent
 from ..charts.force import force_chart
 from ..charts.residuals import residual_chart, worst_tests_chart
-from ..charts.responses import CAPTION, response_chart
+from ..charts.responses import caption, response_chart
 from ..parts.cards import Change, cards
 from ..parts.chart import figure
 from ..parts.page import VIRTUAL, Page, footer
@@ -219,7 +219,8 @@ def _response(demo: DemoFolder) -> str:
     ]
     curves = [(label, STYLES[part], model) for label, part, model in models]
     drawn = response_chart(demo.held_out.loads(), curves)
-    chart = figure("response", drawn, CAPTION, "Response curves of the friction models.")
+    said = caption(demo.held_out.loads(), [model for *_, model in models])
+    chart = figure("response", drawn, said, "Response curves of the friction models.")
     laws = table(["model", "law"], [(label, _short(model.formula_text())) for label, _, model in models])
     return chart + laws
 

@@ -10,7 +10,7 @@ from friction_models.common.markup import paragraph, table
 from friction_models.loads import DataSet
 
 from ..charts.residuals import residual_chart
-from ..charts.responses import CAPTION, response_chart
+from ..charts.responses import caption, response_chart
 from ..parts.cards import judged
 from ..parts.page import Page
 from ..parts.theme import STYLES
@@ -55,7 +55,7 @@ def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, 
         "response",
         "Response curves",
         response_chart(shown.loads(), [(part, STYLES[part], m) for part, m in models.items()]),
-        CAPTION,
+        caption(shown.loads(), models.values()),
         "Response curves before and after.",
         table(["model", "law"], [(part, m.formula_text()) for part, m in models.items()]),
     )

@@ -73,3 +73,55 @@ def test_wrong_kinds_of_values_do_no_harm() -> None:
     ]
     story = Story.of(lines)
     assert story.data == "3" and story.candidate is not None and story.candidate.added == []
+
+
+def test_a_line_behind_one_that_broke_off_is_not_lost(tmp_path: Path) -> None:
+    file = tmp_path / "history.jsonl"
+    file.write_text('{"event": "chosen", "data": "data/sct", "mod')
+    history.add(file, ACCEPTED, model="models/a")
+    history.add(file, TAKEN_BACK)
+    assert [line["event"] for line in history.read(file)] == [ACCEPTED, TAKEN_BACK]
+    assert "\n\n" not in file.read_text()
+
+
+def test_a_line_holds_any_text(tmp_path: Path) -> None:
+    file = tmp_path / "history.jsonl"
+    texts = ["a\u2028b\x85c\x1dd", "half \ud800 of a letter", "é"]
+    for text in texts:
+        history.add(file, ENDED, command=text)
+    assert [line["command"] for line in history.read(file)] == texts
+
+
+def test_a_decision_that_is_told_twice_counts_once() -> None:
+    """A button pressed twice, or in two tabs."""
+    chosen: dict[str, object] = {"event": CHOSEN, "data": "data/sct", "model": "linear"}
+    a: list[dict[str, object]] = [chosen, refined("models/a"), {"event": ACCEPTED, "model": "models/a"}]
+    back: dict[str, object] = {"event": TAKEN_BACK, "model": "models/b"}
+    story = Story.of([*a, refined("models/b"), back, back])
+    assert story.model == "models/a" and story.candidate is None
+    b = [*a, refined("models/b"), {"event": ACCEPTED, "model": "models/b"}]
+    assert Story.of([*b, back, back]).model == "models/a"
+    # One tab took it back and got another before the other tab accepted what it showed.
+    late = Story.of(
+        [*a, refined("models/b"), back, refined("models/c"), {"event": ACCEPTED, "model": "models/b"}]
+    )
+    assert late.model == "models/a" and late.candidate is not None and late.candidate.model == "models/c"
+
+
+def test_an_addition_belongs_to_the_loop_that_asked_for_it() -> None:
+    def chosen(data: str, model: str = "linear") -> dict[str, object]:
+        return {"event": CHOSEN, "data": data, "model": model}
+
+    def added(data: str, model: str, out: str) -> dict[str, object]:
+        line = f"tribofmu refine --data {data} --model {model} --add stribeck -o {out}"
+        return {**refined(out), "command": line}
+
+    lines = [chosen("data/a"), chosen("data/b"), added("data/a", "linear", "models/x")]
+    assert Story.of(lines).candidate is None
+    back = Story.of([*lines, chosen("data/a")])
+    assert back.candidate is not None and back.candidate.model == "models/x"
+    assert Story.of([*lines, chosen("data/b")]).candidate is None
+    # What two tabs added to the same model: the second does not hold the first, and is no round behind it.
+    both = [chosen("data/a"), added("data/a", "linear", "models/x"), {"event": ACCEPTED, "model": "models/x"}]
+    story = Story.of([*both, added("data/a", "linear", "models/y")])
+    assert story.model == "models/x" and story.candidate is None

@@ -89,7 +89,7 @@ async def act(user: User, draw: random.Random) -> str:
 
 def test_random_actions_leave_no_exception(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     project = furnished(tmp_path / "project")
-    draw = random.Random(20)
+    draw = random.Random(SEED)
     done: list[str] = []
 
     async def test(user: User, worker: Worker) -> None:

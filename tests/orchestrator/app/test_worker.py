@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -103,17 +105,81 @@ def test_what_commands_say_is_shown_without_control_characters() -> None:
     assert len(shown_line(b"x" * 1000)) == 400
 
 
-def test_progress_and_time_left(example: Project) -> None:
-    import io
-
+def test_what_a_command_says_of_its_progress(example: Project) -> None:
     made = Worker.__new__(Worker)
     made.changes = 0
     job = Job(1, Command("Twin", ("twin",)), RUNNING, began=time.monotonic() - 10.0)
     made._listen(job, io.BytesIO(b"twin: 20/80 twin of test sct020\nnote: 3 of 4\n"), io.BytesIO())
     assert job.progress == 0.25
-    left = job.left()
-    assert left is not None and 29.0 < left < 40.0
     assert job.saying == "note: 3 of 4"
+    # One step says nothing of the others.
+    assert job.left() is None
+
+
+#: When commands said how far they were [s, share], and when they ended [s]; on a machine with other work.
+DIAGNOSE = [
+    (12.0, 0.0),
+    (13.2, 0.09),
+    (16.0, 0.18),
+    (17.4, 0.25),
+    (18.6, 0.45),
+    (22.1, 0.54),
+    (26.3, 0.75),
+    (28.8, 1.0),
+]
+REFINE = [(11.5, 0.0), (12.1, 0.25), (16.3, 0.75), (20.3, 1.0)]
+FORM = [(27.9, 0.0), (61.7, 1 / 3), (62.6, 2 / 3), (63.0, 1.0)]
+TWIN = [(3.5, 0.0), (39.3, 1 / 81), (43.0, 6 / 81), (50.8, 11 / 81), (62.5, 19 / 81), (73.2, 25 / 81), (82.9, 34 / 81),
+        (97.2, 44 / 81), (113.4, 53 / 81), (122.7, 61 / 81), (136.9, 68 / 81), (152.9, 75 / 81)]  # fmt: skip
+LAB = [(8.4, 0.0), (15.9, 7 / 81), (21.3, 12 / 81), (27.0, 19 / 81), (32.4, 25 / 81), (38.8, 30 / 81), (45.6, 38 / 81),
+       (50.3, 45 / 81), (55.8, 55 / 81), (61.4, 61 / 81), (66.9, 66 / 81), (72.4, 74 / 81)]  # fmt: skip
+
+
+def guesses(marks: list[tuple[float, float]], end: float, title: str = "x") -> list[tuple[float, float]]:
+    """Return what a job shows as its time left, and what it was, every half second."""
+    found: list[tuple[float, float]] = []
+    told = iter([*marks, (end, 1.0)])
+    at, share = next(told)
+    with pytest.MonkeyPatch.context() as patch:
+        job = Job(1, Command("", ()), RUNNING, began=0.0)
+        for tick in range(int(2.0 * end)):
+            now = tick / 2.0
+            patch.setattr(time, "monotonic", lambda now=now: now)
+            while now >= at:
+                job.heard(title, share)
+                at, share = next(told)
+            left = job.left()
+            if left is not None:
+                found.append((left, end - now))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("marks", "end", "shown"),
+    [(DIAGNOSE, 31.2, 3.0), (REFINE, 23.9, 0.0), (FORM, 83.3, 0.0), (TWIN, 165.9, 40.0), (LAB, 77.4, 25.0)],
+)
+def test_a_guess_of_the_time_left_is_right_by_a_factor_of_two_or_not_shown(
+    marks: list[tuple[float, float]], end: float, shown: float
+) -> None:
+    found = guesses(marks, end)
+    assert 0.5 * len(found) >= shown
+    off = [pair for pair in found if max(pair) > 2.0 * min(pair)]
+    assert len(off) <= 0.05 * len(found), off
+
+
+def test_a_command_of_several_parts_is_not_guessed_at(example: Project) -> None:
+    made = Worker.__new__(Worker)
+    made.changes = 0
+    job = Job(1, Command("x", ("x",)), RUNNING, began=time.monotonic() - 60.0)
+    for k in range(20):
+        made._listen(job, io.BytesIO(f"records: {k}/40\n".encode()), io.BytesIO())
+        job.began -= 2.0
+    assert job.left() is not None
+    made._listen(job, io.BytesIO(b"twin: 1/40\n"), io.BytesIO())
+    for k in range(2, 20):
+        made._listen(job, io.BytesIO(f"twin: {k}/40\n".encode()), io.BytesIO())
+        job.began -= 2.0
+    assert job.progress is not None and job.left() is None
 
 
 def test_a_command_whose_process_is_killed_ends_with_a_sentence(worker: Worker) -> None:
@@ -206,3 +272,53 @@ def test_a_silent_command_is_interrupted_when_the_pipe_of_its_server_closes(
             assert child.wait(60) == 130
         finally:
             child.kill()
+
+
+def test_no_command_and_no_file_stops_the_worker(worker: Worker, example: Project) -> None:
+    """A thread that ended would leave every later command waiting for ever."""
+    (example.root / HISTORY).write_text(
+        '{"event": "ended", "code": 0, "command": "tribofmu check a", "seconds": true}\n'
+    )
+    assert ended(worker, "check", "fmus/none.fmu").state == FAILED
+    null = ended(worker, "check", "fmus/a\0b.fmu")
+    assert null.state == FAILED and "null byte" in null.problem()
+    assert ended(worker, "check", "fmus/\ud800.fmu").state == FAILED
+    (example.root / HISTORY).unlink()
+    (example.root / HISTORY).mkdir()
+    deaf = ended(worker, "check", "fmus/none.fmu")
+    assert deaf.state == FAILED and HISTORY in deaf.problem()
+    (example.root / HISTORY).rmdir()
+    assert "none.fmu" in ended(worker, "check", "fmus/none.fmu").problem()
+
+
+def test_a_command_that_cannot_be_recorded_is_not_begun(
+    worker: Worker, example: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Begun before its log could be opened, it went on with nobody who listened or could cancel it."""
+    begun: list[object] = []
+    monkeypatch.setattr(subprocess, "Popen", lambda *args, **more: begun.append(args))
+    shutil.rmtree(example.root / WORK)
+    (example.root / WORK).write_text("in the way")
+    job = ended(worker, "check", "fmus/none.fmu")
+    assert job.state == FAILED and WORK in job.problem() and begun == []
+
+
+def test_a_folder_of_logs_that_was_removed_comes_back(worker: Worker, example: Project) -> None:
+    shutil.rmtree(example.root / WORK)
+    assert "none.fmu" in ended(worker, "check", "fmus/none.fmu").problem()
+
+
+def test_a_log_that_cannot_grow_does_not_end_its_command(worker: Worker, example: Project) -> None:
+    (example.root / WORK / "00001.log").symlink_to("/dev/full")
+    assert ended(worker, "pack", "0.08", "--target", "c", "-o", "fmus/constant").state == DONE
+
+
+def test_numbers_of_jobs_are_never_given_twice(example: Project) -> None:
+    history.add(example.root / HISTORY, history.ENDED, job=7, command="tribofmu check a", code=0)
+    history.add(example.root / HISTORY, history.ENDED, job=["x"], command="tribofmu check a", code=0)
+    (example.root / WORK / "00003.log").write_text("of long ago")
+    made = Worker(example)
+    try:
+        assert ended(made, "check", "fmus/none.fmu").number == 8
+    finally:
+        made.close()

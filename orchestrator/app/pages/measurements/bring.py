@@ -74,9 +74,9 @@ def bring(view: View, title: str, into: str = "") -> None:
                 if not target:
                     target = _new_set(view, event.file.name)
                 name = await _keep(view, event, target)
-            except InputError as error:
+            except (InputError, OSError) as error:
                 with said:
-                    say(str(error), "problem")
+                    say(_why(view, error), "problem")
                 _drop_empty(view, target, into)
                 target = into if not (view.project.root / RAW / (target or "-")).is_dir() else target
                 return
@@ -108,6 +108,17 @@ def bring(view: View, title: str, into: str = "") -> None:
             choose.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
             folder = button("Choose a folder", lambda: None)
             folder.on("click", js_handler=_PICK_FOLDER % upload.id)
+
+
+def _why(view: View, error: Exception) -> str:
+    if isinstance(error, OSError):
+        return f"{RAW}: the file cannot be kept ({error.strerror or error}); allowed: a folder that can be written, on a disk with room"
+    return view.bare(str(error))
+
+
+def _check_free(path: Path) -> None:
+    if path.exists():
+        raise InputError(f"{path.name}: is in the set already; allowed: another name")
 
 
 def _new_set(view: View, file: str) -> str:
@@ -147,8 +158,9 @@ async def _keep(view: View, event: events.UploadEventArguments, target: str) -> 
     if len(list(folder.iterdir())) >= MOST_FILES:
         raise InputError(f"{RAW}/{target}: holds {MOST_FILES} files; allowed: at most so many in one set")
     path = view.project.inside(f"{RAW}/{target}/{name}")
-    if path.exists():
-        raise InputError(f"{name}: is in the set already; allowed: another name")
+    _check_free(path)
     with atomic_path(path) as temporary:
         await file.save(temporary)
+        # Again: another tab may have brought one meanwhile.
+        _check_free(path)
     return f"{RAW}/{target}/{name}"

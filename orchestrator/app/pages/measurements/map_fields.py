@@ -13,7 +13,7 @@ from nicegui import ui
 from friction_models.common.markup import escape
 from sct_twin.readers import RawTable
 
-from ...raw.map_form import TEST_TABLE, ColumnForm, MapForm, choices, units_of
+from ...raw.map_form import TEST_TABLE, ColumnForm, MapForm, choices, number, units_of
 from ..parts import choice, heading, say, words
 
 #: From so many columns on, those that are not used are folded away.
@@ -129,9 +129,9 @@ class MapFields:
         with ui.element("div").classes("choices"):
             for phase, pair in times.items():
                 for k, word in enumerate(("from", "to")):
-                    self._number(f"{phase} {word} [s]", pair[k], partial(self._time, times, phase, k)).props[
-                        "placeholder"
-                    ] = "detected"
+                    self._number(
+                        f"{phase} {word} [s]", number(pair[k]), partial(self._time, times, phase, k)
+                    ).props["placeholder"] = "detected"
         say(
             "Empty times are detected: upsetting begins when the load rises, sliding when the plate moves.",
             "soft",
@@ -208,8 +208,7 @@ def _range(table: RawTable, column: ColumnForm) -> str:
 
 
 def _degrees(metadata: Mapping[str, object]) -> float | None:
-    value = metadata.get("T_tool")
-    return float(value) if isinstance(value, int | float) else None
+    return number(metadata.get("T_tool"))
 
 
 def _value(text: str) -> Any:

@@ -21,6 +21,7 @@ from ..parts import button, empty, heading, say, words
 from ..view import View
 from . import raw_set, taken_in, tests_editor
 from .bring import bring
+from .moving import bring_back
 
 
 class _Found(NamedTuple):
@@ -57,6 +58,7 @@ async def show(view: View) -> None:
     for name, looked in zip(sets, found, strict=True):
         _data_set(view, name, looked, story.data)
     _raw_sets(project)
+    bring_back(view)
     bring(view, "Bring measurements")
 
 

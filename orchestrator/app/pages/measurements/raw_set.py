@@ -30,6 +30,7 @@ from ..parts import button, choice, empty, gone, heading, line, picture, say, wo
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields
+from .moving import rename_or_put_aside
 from .taken_in import campaign, data_set, rounded
 
 #: How long the page waits for the next letter before it looks at the map again [s].
@@ -44,6 +45,7 @@ async def show(view: View, name: str) -> None:
     if found.first is None:
         empty("Nothing here can be read", found.problem)
         bring(view, "Add files", name)
+        rename_or_put_aside(view, name)
         return
     first = found.first
     records = view.query.get("as", "") == "records" or (
@@ -73,6 +75,7 @@ async def show(view: View, name: str) -> None:
     await page.look()
     with ui.expansion("Add files to this set").classes("other"):
         bring(view, "More files", name)
+    rename_or_put_aside(view, name)
 
 
 class _Page:
@@ -183,7 +186,7 @@ class _Page:
 
     def _run(self, command: Command) -> None:
         path = save_map(self.view.project, self.found.place, self.form.records, self.form.content())
-        history.add(self.view.project.root / "history.jsonl", history.SAVED, file=path)
+        self.view.note(history.SAVED, file=path)
         self.view.worker.start(command)
         self.view.started()
 
@@ -227,11 +230,7 @@ def _hint(problem: str, records: bool) -> str:
 def _bare(text: str, page: _Page) -> str:
     """Return a sentence without the paths of this machine, and without the file where it is the one that is shown."""
     source = page.table.source
-    return (
-        text.removeprefix(f"{source}: ")
-        .replace(source, "the first file")
-        .replace(f"{page.view.project.root}/", "")
-    )
+    return page.view.bare(text.removeprefix(f"{source}: ").replace(source, "the first file"))
 
 
 def _first(row: Mapping[str, object]) -> list[tuple[str, str]]:

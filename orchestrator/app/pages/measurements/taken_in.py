@@ -59,9 +59,9 @@ def campaign(view: View, name: str) -> None:
         rows = _rows(folder / "quality.csv")
         columns = [c for c in _QUALITY if rows and any(row.get(c) for row in rows)]
         say(f"{len(rows)} tests; {place}/quality.csv holds all columns.", "soft")
-        words(
-            f'<div class="scroll">{table(columns, [[_short(row.get(c, "")) for c in columns] for row in rows[:_SHOWN]])}</div>'
-        )
+        cells = [[_short(row.get(c, "")) for c in columns] for row in rows[:_SHOWN]]
+        if columns:
+            words(f'<div class="scroll">{table(columns, cells)}</div>')
         left_out = read_json(folder / "campaign.json").get("left_out", [])
         if isinstance(left_out, list) and left_out:
             heading("Left out", 3)

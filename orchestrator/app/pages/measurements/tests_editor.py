@@ -152,7 +152,7 @@ class _Editor:
         try:
             self.found.changed([(t, c, v) for (t, c), v in wanted.items()])
         except InputError as error:
-            ui.notify(str(error).replace(f"{self.view.project.root}/", ""), type="negative")
+            ui.notify(self.view.bare(str(error)), type="negative")
             return
         if len(wanted) > MOST_CHANGES:
             ui.notify(f"Save first: at most {MOST_CHANGES} changes at once.", type="negative")

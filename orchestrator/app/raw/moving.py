@@ -1,0 +1,59 @@
+"""Renaming sets of measurement files and putting them aside: a folder is moved inside of the project, and never deleted."""
+
+from __future__ import annotations
+
+import os
+import shlex
+
+from friction_models.common import InputError
+
+from ..project import HISTORY, Project, history, is_name
+from .files import RAW, free_name
+
+#: Where sets are kept that no page shows as measurements any more.
+ASIDE = "aside"
+
+
+def aside(project: Project, name: str) -> str:
+    """Return where a set would be put aside: not in place of another that was called so.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> aside(Project(Path("/nowhere"), ""), "oil")
+    'aside/oil'
+    """
+    return f"{ASIDE}/{free_name(project, ASIDE, name)}"
+
+
+def line(source: str, target: str) -> str:
+    """Return the line of a shell that does the same in the project folder.
+
+    Examples
+    --------
+    >>> line("raw/oil", "raw/motor-oil")
+    'mv raw/oil raw/motor-oil'
+    """
+    return shlex.join(["mv", source, target])
+
+
+def move(project: Project, source: str, target: str) -> None:
+    """Move a set of files, and write it into the history.
+
+    Raises
+    ------
+    InputError
+        No such set; a name that is none, or is taken.
+    """
+    folder, new = project.inside(source), project.inside(target)
+    if not folder.is_dir():
+        raise InputError(f"{source}: no such folder in the project")
+    if target.split("/")[0] not in {RAW, ASIDE} or not is_name(new.name):
+        raise InputError(
+            f"{new.name!r}: no name for a set of files; allowed: letters, digits, dot, dash and underscore"
+        )
+    if os.path.lexists(new):
+        raise InputError(f"{target}: is there already; allowed: another name")
+    new.parent.mkdir(exist_ok=True)
+    folder.rename(new)
+    history.add(project.root / HISTORY, history.MOVED, command=line(source, target))
