@@ -1,8 +1,10 @@
-"""Surface nodes that reach the end of a rounding of a tool, where the workpiece may leave it.
+"""When points of the surface arrive: nodes at the end of a rounding of a tool, where they may leave it, points at a tool.
 
 An increment is a straight way with the direction of its end. A node that in one increment turns off a rounding
 onto the straight surface behind it does not sink on the way: it is pushed against the tool, and the contact goes on where
 there should be none. An increment therefore ends where a node arrives, and the one before ends shortly ahead of it.
+
+Whatever comes to a tool within an increment slides along it for the rest of that only.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .contact import gap_and_normal
 from .mesh.shape import FloatArray, IntArray
 from .tooling import Tool
 
@@ -79,3 +82,23 @@ def cut_at_arrival(
         if time < dt:
             dt = time if time * speed < LAST * last else time - last / speed
     return dt
+
+
+@njit(cache=True)
+def touching_shares(
+    points: FloatArray, velocity: FloatArray, segments: FloatArray, offset: FloatArray, dt: float
+) -> FloatArray:
+    """Return for points the share of an increment that is left when they come to a tool, shape (n,).
+
+    A point beside the tool that does not approach it comes in the middle: nothing is known of its way.
+
+    - `points`, `velocity`, shape (n, 2): at the start of the increment; relative to the tool [mm/s].
+    """
+    n = points.shape[0]
+    shares = np.ones(n)
+    for i in range(n):
+        gap, nr, nz = gap_and_normal(points[i, 0], points[i, 1], segments, offset[0], offset[1])
+        if gap > 0.0:
+            way = -(velocity[i, 0] * nr + velocity[i, 1] * nz) * dt
+            shares[i] = max(0.0, 1.0 - gap / way) if way > 0.0 else 0.5
+    return shares

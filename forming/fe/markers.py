@@ -108,10 +108,18 @@ class SurfaceMarkers:
         arc = np.interp(self.track, np.arange(len(old)), old)
         self.track = _index_coordinate(_smooth(old, new, turns(after) > CORNER, arc), new)
 
-    def update(self, surface: FloatArray, T: FloatArray, loads: SurfaceLoads, dt: float) -> None:
+    def update(
+        self,
+        surface: FloatArray,
+        T: FloatArray,
+        loads: SurfaceLoads,
+        dt: float,
+        shares: FloatArray | None = None,
+    ) -> None:
         """Take over the state at the end of an increment `dt` [s]; `T` are the temperatures of the surface nodes.
 
-        Markers in contact get new loads; the others keep v_rel, sigma_n and T of their last contact. The
+        Markers in contact get new loads; the others keep v_rel, sigma_n and T of their last contact. Those that did not touch
+        a tool before slide for the share of the increment that `shares` has for them at each tool, shape (n_tools, n). The
         contact temperature is the mean of workpiece and tool surface. The tool is that which the edge of the surface
         with the marker faces; a marker at a node sees that which presses harder of its two.
         """
@@ -123,7 +131,7 @@ class SurfaceMarkers:
         weight, pressure = w0 + w1, (1.0 - u) * first + u * second
         touches = (weight >= 1.0 - _reach(k, tool, loads.pressures)) & (pressure > 0.0)
         self.psi = self._expansion(surface, loads.active)[self._own]
-        self.active = touches[self._own]
+        before, self.active = self.active, touches[self._own]
         on = self.active
         at = self._own[on]
         slip, tool_T = (
@@ -133,7 +141,10 @@ class SurfaceMarkers:
         self.v_rel[on] = slip
         self.sigma_n[on] = pressure[at]
         self.T[on] = 0.5 * (self.at_markers(T)[on] + tool_T)
-        self.sd[on] += slip * dt
+        lasts = np.ones(len(at))
+        if shares is not None:
+            lasts = np.where(before[on], 1.0, shares[tool[at], on])
+        self.sd[on] += slip * lasts * dt
 
     def _expansion(self, surface: FloatArray, active: npt.NDArray[np.bool_]) -> FloatArray:
         """Return dA/dA0 over both intervals of a point; at a corner over those beside which a node is `active`."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_models.common.processes.one_blas_thread import one_blas_thread
 
-from .arrival import cut_at_arrival
+from .arrival import cut_at_arrival, touching_shares
 from .body import Body, WorkpieceMaterial
 from .contact import SHEAR, SLIP
 from .heat_exchange import HeatExchange, exchange_heat
@@ -228,7 +228,7 @@ class Simulation:
     def _accept(self, step: Step, dt: float, moves: list[FloatArray], share: float) -> None:
         state, body = self.state, self.state.body
         before, heat_before, surface = self.force, (body.T, body.layer), body.surface
-        ends = self._ends(step)
+        ends, shares = self._ends(step), self._touching_shares(moves, dt)
         body.rate = (step.strain - body.strain) / dt
         body.x = body.x + step.du
         body.velocity = step.du / (dt * share)
@@ -266,7 +266,7 @@ class Simulation:
             return
         state.loads = loads
         state.markers.follow(surface, body.surface)
-        state.markers.update(body.surface, body.surface_T, loads, dt)
+        state.markers.update(body.surface, body.surface_T, loads, dt, shares)
         state.history.append(self._record(step, loads, dt))
         fold = first_crossing(body.surface)
         if fold >= 0:
@@ -286,6 +286,17 @@ class Simulation:
         if state.increments > 0:
             return [end]
         return [Loading([np.zeros_like(table) for table in step.tables], step.weights, state.forces), end]
+
+    def _touching_shares(self, moves: list[FloatArray], dt: float) -> FloatArray:
+        """Return for how much of the increment to come each marker touches each tool if it comes to it, shape (n_tools, n)."""
+        body, markers = self.state.body, self.state.markers
+        points, velocity = markers.points(body.surface), markers.points(body.velocity[body.chain])
+        return np.array(
+            [
+                touching_shares(points, velocity - move / dt, tool.segments, tool.offset, dt)
+                for tool, move in zip(self.state.tools, moves)
+            ]
+        )
 
     def _heat(self, step: Step, dt: float, friction: float) -> FloatArray:
         """Return the temperatures after an increment in which `friction` [N mm] became heat."""

@@ -243,7 +243,8 @@ class BackwardCupExtrusion(Extrusion):
     def _outer_fields(self, size: _CupSize) -> tuple[ToolField, ToolField]:
         """Return the heat fields of container and base plate."""
         radius, depth = self.container_radius, 1.5 * self.container_radius
-        coarse = 2.6 * self.mesh_size
+        size_there = self.coarsening * self.mesh_size
+        coarse = 2.6 * size_there
         top = 3.0 * self.billet_length
         bore = np.array([[radius, top], [radius, 0.0]])
         back = np.array([[radius, 0.0], [radius + depth, 0.0], [radius + depth, top], [radius, top]])
@@ -253,7 +254,7 @@ class BackwardCupExtrusion(Extrusion):
 
         def at_bore(points: FloatArray) -> FloatArray:
             # The end of the contact runs up the bore: where it has just come, the bore is cold.
-            return np.minimum(coarse, BORE * self.mesh_size + 0.5 * (points[:, 0] - radius))
+            return np.minimum(coarse, BORE * size_there + 0.5 * (points[:, 0] - radius))
 
         container = ToolField.build([bore], back, at_bore, self.T_tool)
         face = np.array([[radius, 0.0], [0.0, 0.0]])

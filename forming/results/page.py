@@ -143,7 +143,7 @@ def _errors(contact: ContactHistory) -> str:
     ]
     headings = ["load", "median", "stated error, median", "stated error, 90 % of the markers below"]
     return (
-        "\n<p>How far the loads may be off because of the mesh, from two more runs with larger elements; about "
+        "\n<p>How far the loads may be off because of the mesh, from one more run with smaller elements; about "
         f"nine of ten markers are closer to a much finer mesh.</p>\n{table(headings, rows)}"
     )
 

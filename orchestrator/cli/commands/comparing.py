@@ -103,7 +103,7 @@ def compare(
         bool,
         typer.Option(
             "--local-errors",
-            help="For a system or process: run each model twice more with larger elements and state how far the loads at the "
+            help="For a system or process: run each model once more with smaller elements and state how far the loads at the "
             "contact points may be off.",
         ),
     ] = False,

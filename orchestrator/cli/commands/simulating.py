@@ -37,7 +37,7 @@ def simulate(
         bool,
         typer.Option(
             "--local-errors",
-            help="Run twice more with larger elements and state how far the loads at the contact points may be off.",
+            help="Run once more with smaller elements and state how far the loads at the contact points may be off.",
         ),
     ] = False,
     press: Annotated[
@@ -79,7 +79,7 @@ def simulate(
     if run.message:
         say(run.message)
     if local_errors and not run.message:
-        with keeping(), progress(f"{description.name}, larger elements") as tick:
+        with keeping(), progress(f"{description.name}, smaller elements") as tick:
             say(state_local_errors(run, master, share(tick, description.steps, "steps")))
     if snapshots is not None:
         say(
