@@ -182,9 +182,11 @@ def changed(path: Path) -> float:
 def _real(path: Path) -> Path | None:
     """Return a path without links; None where links lead in a circle."""
     try:
-        return path.resolve()
+        real = path.resolve()
     except (OSError, RuntimeError):
         return None
+    # From Python 3.13 on a link that leads in a circle stays in the path, without an error.
+    return None if any(p.is_symlink() for p in (real, *real.parents)) else real
 
 
 def is_name(text: str) -> bool:
