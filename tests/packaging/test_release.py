@@ -9,12 +9,14 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
 from friction_models.common import InputError
 from friction_models.common.imports.extras import need
+from orchestrator.cli.main import run
 
 from ..wheel_alone import HEAVY, PACKAGES
 
@@ -96,24 +98,73 @@ def test_every_file_of_the_packages_is_package_data() -> None:
 def test_version_is_the_same_everywhere() -> None:
     version = OWN["version"]
     assert yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["version"] == version
-    recipe = (ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8")
-    assert f"version: {version}\n" in recipe
+    assert f"version: {version}\n" in (ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8")
     assert re.search(
         rf"^## \[{re.escape(version)}\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
     )
 
 
-def test_the_conda_recipe_names_what_the_package_needs() -> None:
-    recipe = yaml.safe_load(
-        (ROOT / "packaging/conda/recipe.yaml")
-        .read_text(encoding="utf-8")
-        .replace("${{", "")
-        .replace("}}", "")
-    )
+def recipe() -> dict[str, Any]:
+    """Return the conda recipe, its one variable filled in."""
+    text = (ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8")
+    return yaml.safe_load(text.replace("${{ version }}", OWN["version"]).replace("${{ PYTHON }}", "python"))
+
+
+def test_the_conda_recipe_needs_what_the_package_needs_in_the_same_versions() -> None:
     extras = OWN["optional-dependencies"]
-    wanted = names([*OWN["dependencies"], *extras["solvers"], *extras["reports"]])
-    called = {"py-lief": "lief"}
-    assert {called.get(n, n) for n in names(recipe["requirements"]["run"])} == wanted | {"python"}
+    wanted = {
+        re.sub(r"[ _]", "-", r.lower())
+        for r in [*OWN["dependencies"], *extras["solvers"], *extras["reports"]]
+    }
+    python = f"python{OWN['requires-python']}"
+    needed = recipe()["requirements"]
+    # conda-forge has another package by the name of lief: the library alone.
+    found = {r.replace(" ", "").lower().replace("py-lief", "lief") for r in needed["run"]}
+    assert found == wanted | {python}
+    assert {r.replace(" ", "") for r in needed["host"]} == {
+        python,
+        "pip",
+        *PROJECT["build-system"]["requires"],
+    }
+
+
+def test_the_conda_recipe_says_what_pyproject_says_and_names_files_that_are_there() -> None:
+    said = recipe()
+    assert said["package"] == {"name": OWN["name"], "version": OWN["version"]}
+    entries = [f"{name} = {place}" for name, place in OWN["scripts"].items()]
+    assert said["build"]["python"]["entry_points"] == entries
+    about = said["about"]
+    assert (about["license"], about["summary"]) == (OWN["license"], OWN["description"])
+    assert (ROOT / about["license_file"]).is_file()
+    assert (ROOT / "packaging/conda" / said["source"]["path"]).resolve() == ROOT
+    assert set(said["tests"][0]["python"]["imports"]) == set(PACKAGES)
+
+
+def test_the_commands_by_which_the_conda_package_is_tested_succeed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for line in recipe()["tests"][1]["script"]:
+        program, *words = line.split()
+        assert program in OWN["scripts"] and run(words) == 0, line
+
+
+def test_the_image_asks_for_extras_and_files_that_exist() -> None:
+    text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    (asked,) = re.findall(r"\.whl\)\[([a-z,-]+)\]", text)
+    assert set(asked.split(",")) <= set(OWN["optional-dependencies"])
+    ignored = (ROOT / ".dockerignore").read_text(encoding="utf-8").split()
+    for file in (
+        *re.findall(r"^COPY (?!--)(\S+) ", text, re.MULTILINE),
+        OWN["readme"],
+        *OWN["license-files"],
+    ):
+        assert (ROOT / file).exists() and file not in ignored
+    versions = set(re.findall(r"^FROM python:([\d.]+)-slim", text, re.MULTILINE))
+    assert len(versions) == 1
+    assert f"Programming Language :: Python :: {versions.pop()}" in OWN["classifiers"]
+    (program,) = re.findall(r'^ENTRYPOINT \["(\w+)"\]', text, re.MULTILINE)
+    assert program in OWN["scripts"]
 
 
 def test_every_dependency_has_a_version_that_was_tried() -> None:
