@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -151,6 +152,32 @@ def test_the_model_is_packed_with_the_chosen_options(loop: Project) -> None:
         await user.should_see(expected)
         user.find("Pack as FMU").click()
         assert waiting(worker) == [expected]
+
+    look(loop, test)
+
+
+def test_tiles_of_what_is_expected_and_of_what_came_have_other_names(loop: Project) -> None:
+    command = commands.models.refine("data/sct", "linear", ["stribeck"])
+    history.add(loop.root / HISTORY, CHOSEN, data="data/sct", model="linear")
+    history.add(loop.root / HISTORY, ENDED, code=0, command=command.line, **command.more)
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/")
+        await until(lambda: "Before and after" in shown(user) and "What to test next" in shown(user))
+        tiles = re.findall(r'<p class="name">([^<]*)</p>', shown(user))
+        assert len(tiles) == 4 and len(set(tiles)) == 4
+
+    look(loop, test)
+
+
+def test_a_constant_is_explained(loop: Project) -> None:
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/compare")
+        await user.should_see(
+            "the one coefficient of friction that a simulation without a friction model uses"
+        )
+        report = shown(user)
+        assert "0.08: the same coefficient of friction at every load; nothing was fitted" in report
 
     look(loop, test)
 
