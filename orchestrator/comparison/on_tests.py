@@ -208,7 +208,13 @@ class TestsComparison:
 
     def remarks(self) -> list[str]:
         """Return a sentence for each model that was trained on the tests, and for each whose mu cannot be one."""
-        return [*self.result.remarks(), *self._moved(), *self._out_of_range()]
+        return [*self.result.remarks(), *self._moved(), *self._out_of_range(), *self._constants()]
+
+    def _constants(self) -> list[str]:
+        """Say what a bare number is in a list of models."""
+        names = [n for n in self.order.names if n.replace(".", "", 1).isdigit()]
+        said = "the same coefficient of friction at every load; nothing was fitted"
+        return [f"{', '.join(names)}: {said}"] if names else []
 
     def _moved(self) -> list[str]:
         """Say for which models loads were moved, since `evaluate` does not do that and finds other errors."""

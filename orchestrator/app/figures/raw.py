@@ -27,6 +27,8 @@ from .as_read import as_read, with_fixed_margins
 POINTS, PANELS = 1200, 24
 #: Points of a cloud: each is something of its own to a browser, and there are as many clouds as columns.
 CLOUD = 600
+#: So many points are drawn large.
+FEW = 100
 #: Columns of the quality table that say what the phases are.
 _PHASES = (
     ("upsetting_s", "sliding_s", "rgba(200, 100, 31, 0.12)"),
@@ -102,7 +104,7 @@ def columns_figure(
         len(shown), columns=3, gap=0.36, titles=titles, legend=False, horizontal_spacing=0.07
     )
     # A table may hold many tests: their points are not joined.
-    mode, size = ("lines", None) if form.records else ("markers", 3)
+    mode, size = ("lines", None) if form.records else ("markers", _size(len(table.frame), 3))
     for at, column in enumerate(shown):
         values = _values(column, table, form.records)
         rows = envelope(values) if form.records else cloud(values)
@@ -129,6 +131,17 @@ def columns_figure(
         escape(caption),
         "Every column of the first file over time.",
     )
+
+
+def _size(points: int, least: int) -> int:
+    """Return the size of markers: a few small ones are hardly seen.
+
+    Examples
+    --------
+    >>> _size(12, 3), _size(5000, 3)
+    (6, 3)
+    """
+    return least if points > FEW else 2 * least
 
 
 def _title(column: ColumnForm, records: bool) -> str:
@@ -185,7 +198,7 @@ def loads_figure(points: Any) -> ReadFigure | None:
     mu = points["mu"].to_numpy()[rows]
     for at, name in enumerate(loads):
         chart.figure.add_scatter(
-            x=points[name].to_numpy()[rows], y=mu, mode="markers", marker={"size": 4, "opacity": 0.6, "color": AFTER},
+            x=points[name].to_numpy()[rows], y=mu, mode="markers", marker={"size": _size(len(points), 4), "opacity": 0.6, "color": AFTER},
             showlegend=False, hovertemplate="%{x:.4g}, %{y:.4g}<extra></extra>", **chart.place(at),
         )  # fmt: skip
     made = chart.dress(215 * -(-len(loads) // 3) + 40, y="mu")

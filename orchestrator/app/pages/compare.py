@@ -109,6 +109,11 @@ def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
             "min-width: 320px"
         )
     button()
+    say(
+        "A constant is the one coefficient of friction that a simulation without a friction model uses at every load; "
+        f"{' and '.join(CONSTANTS)} are usual in cold forming. A model that is worth its effort is better than these.",
+        "soft",
+    )
 
 
 def _train(view: View, data: str, learnt: dict[str, str], unfolded: bool) -> None:

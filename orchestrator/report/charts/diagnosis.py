@@ -12,7 +12,7 @@ from friction_models.discovery.answer.figures_data import LoadMap, effect_curve
 from friction_models.loads.contract import with_unit
 
 from ..parts.chart import Chart
-from ..parts.theme import AFTER, BEFORE, CONSTANT, SOFT
+from ..parts.theme import AFTER, BEFORE, CONSTANT, INK, SOFT
 
 #: From too much friction in the model (blue) over nothing to too little (red); safe for colour-blind readers.
 _DIVERGING = [[0.0, "#2f6da8"], [0.25, "#9fc3df"], [0.5, "#f4f5f6"], [0.75, "#eeb48a"], [1.0, "#b4531a"]]
@@ -34,7 +34,7 @@ def budget_chart(floor: float, explained: float, missing: float, named: bool) ->
         chart.bars(
             0, shares, rows, label, f"{label} %{{x:.1f}} %<extra>%{{y}}</extra>", orientation="h", marker={"color": color},
             text=[f"{v:.0f} %" if v >= 5 else "" for v in shares], textposition="inside", insidetextanchor="middle",
-            textfont={"color": "white", "size": 14},
+            textfont={"color": INK if color == CONSTANT else "white", "size": 14},
         )  # fmt: skip
     chart.dress(
         118 + 46 * len(rows), x="share of the mean square error before",

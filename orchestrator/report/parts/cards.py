@@ -61,10 +61,10 @@ def cards(changes: Iterable[Change]) -> str:
     return f'<div class="cards">{"".join(c.card() for c in changes)}</div>'
 
 
-def judged(before: Mapping[str, float], after: Mapping[str, float]) -> str:
-    """Return the cards of the errors ``rmse`` and ``mae`` of mu on tests that the fit did not see."""
+def judged(before: Mapping[str, float], after: Mapping[str, float], said: str = "") -> str:
+    """Return the cards of the errors ``rmse`` and ``mae`` of mu on tests that the fit did not see; `said` begins their names."""
     names = {"rmse": "RMS error", "mae": "mean absolute error"}
     return cards(
-        Change(f"mu, {name} on tests not seen in the fit", before[key], after[key])
+        Change(f"{said}mu, {name} on tests not seen in the fit", before[key], after[key])
         for key, name in names.items()
     )

@@ -74,6 +74,12 @@ def _same_in_a_shell(root: Path, fmu: Path, place: Path) -> None:
     assert fmu.read_bytes() == (again / "fmus/linear-stribeck.fmu").read_bytes()
 
 
+_BRIGHT = """
+[...document.querySelectorAll('.js-plotly-plot .scatterlayer, .js-plotly-plot .barlayer, .js-plotly-plot .legend .traces')]
+  .filter((e) => e.childElementCount).map((e) => getComputedStyle(e).filter)
+"""
+
+
 @pytest.mark.slow
 def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed").Axe()
@@ -112,6 +118,8 @@ def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> No
         tab.press("button", "Look: light")
         tab.page.locator("body.body--dark").wait_for()
         assert serious(runOnly=["color-contrast"]) == [], ("dark", path)
+        # Curves have the colours of the legend.
+        assert set(tab.page.evaluate(_BRIGHT)) <= {"brightness(1.3)"}, path
         tab.page.evaluate(
             "document.querySelectorAll('.q-expansion-item--collapsed > * > .q-item').forEach(e => e.click())"
         )

@@ -154,7 +154,9 @@ def test_a_table_of_others_is_a_sentence(project: Project, content: object) -> N
 
     async def test(user: Any, worker: Any) -> None:
         await user.open("/compare")
-        await until(lambda: "This cannot be shown" in shown(user) and file.name in shown(user))
+        # The rest of the page stays.
+        await until(lambda: f"{file.name}: " in shown(user) and "Errors on tests" in shown(user))
+        assert "This cannot be shown" not in shown(user)
 
     look(project, test)
 

@@ -1,11 +1,14 @@
 """Every command that a page starts, pasted into a shell, gives the same files.
 
-Asking, adding and packing are held against the command line where the whole loop runs, in `test_browser`; checking writes nothing.
+Asking, adding and packing are held against the command line where the whole loop runs, in `test_browser`. Checking writes nothing:
+what it says is held against what a shell says.
 """
 
 from __future__ import annotations
 
+import contextlib
 import inspect
+import io
 import os
 import re
 import shutil
@@ -38,7 +41,8 @@ from .test_pages import storage
 
 assert storage  # a fixture that holds here, too
 
-ELSEWHERE = {"diagnose", "refine", "pack", "check"}
+ELSEWHERE = {"diagnose", "refine", "pack"}
+FMU = "fmus/constant.fmu"
 #: What differs from time to time: when something was computed, and how long it took [s].
 TIMES = re.compile(rb'"(seconds|friction|forming|master|setup|total)": [\d.e+-]+|\d{4}-\d\d-\d\dT[\d:+]+')
 #: Runs lines in their order in a process of its own, as a shell would.
@@ -58,7 +62,9 @@ class AtOnce(seen.Idle):
     def start(self, command: Command) -> Job:
         """Run a command in this process."""
         job = super().start(command)
-        assert run(command.arguments) == 0, command.line
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            assert run(command.arguments) == 0, command.line
+        job.lines.extend(said.getvalue().splitlines())
         history.add(self.project.root / HISTORY, history.ENDED, command=command.line, code=0, job=job.number)
         job.state = DONE
         return job
@@ -76,6 +82,7 @@ def prepared(root: Path) -> Project:
     PressCurves((level,), {"process": small}).save(project.root / "press/rods")
     coin = {**small, "height": 10.0}
     history.add(project.root / HISTORY, history.CHOSEN, data="data/sct", model="linear")
+    assert run(("pack", "0.08", "-o", str(project.root / FMU))) == 0
     project.keep("forming", {"process": "upsetting", "constants": "0.1", "values": coin, "stroke": 0.3})
     return project
 
@@ -128,6 +135,9 @@ async def press_all(user: User) -> None:
     await press("/forming", "--process upsetting", "Run them")
     await press("/forming", "--press press/rods", "Form every level of rods")
     await press("/forming?name=upsetting", "Were these loads tested?", "Ask for upsetting")
+    await press("/fmu", f"tribofmu check {FMU}", "Check it")
+    await user.open("/fmu")
+    await user.should_see("It passed all")
     await press("/reports", "Tell the story", "Tell the story")
 
 
@@ -141,8 +151,11 @@ def test_every_line_of_the_pages_gives_the_same_files_in_a_shell(
     # One process does for runs as small as these.
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
 
+    checked: list[str] = []
+
     async def test(user: User, worker: Worker) -> None:
         await press_all(user)
+        checked.extend(worker.last(name="check").lines)  # type: ignore[union-attr]
 
     look(project, test)
     lines = [e["command"] for e in history.read(project.root / HISTORY) if e["event"] == history.ENDED]
@@ -157,9 +170,12 @@ def test_every_line_of_the_pages_gives_the_same_files_in_a_shell(
     told = (project.root / HISTORY).read_text().splitlines(keepends=True)
     (again / HISTORY).write_text("".join(told[:-1]))  # as it was when the last line, which tells it, began
     # -P: a project has a folder fmus, which is not the package.
-    subprocess.run(
-        [sys.executable, "-P", "-c", PASTED], input="\n".join(lines), text=True, cwd=again, check=True
-    )
+    told_there = subprocess.run(
+        [sys.executable, "-P", "-c", PASTED],
+        input="\n".join(lines), text=True, cwd=again, check=True, stdout=subprocess.PIPE,
+    ).stdout.splitlines()  # fmt: skip
+    outcome = [line for line in checked if line.strip().startswith(("passed", "failed"))]
+    assert len(outcome) > 5 and [line for line in told_there if line in outcome] == outcome
     clicked, pasted = files_of(project.root), files_of(again)
     assert clicked.keys() == pasted.keys()
     assert sum(name.endswith("results.nc") for name in clicked) == 3 and "data/rig/points.csv" in clicked

@@ -217,6 +217,26 @@ def test_of_two_files_of_one_name_the_first_stays(example: Project) -> None:
     assert sorted(p.name for p in raw.iterdir()) == ["a.csv", "b.csv"]
 
 
+def test_the_page_of_a_set_comes_when_its_files_are_there(example: Project) -> None:
+    """A large file is still being kept when the browser has sent it: its page said that there was none."""
+    there: list[bool] = []
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements")
+        await built(user)
+        (area,) = user.find(ui.upload).elements
+        await area.handle_uploads([_Slow("big.csv", "text/csv", b"test,v_mm_s,mu\n1,1,0.1\n")])
+        await asyncio.sleep(0.02)
+        for listener in list(area._event_listeners.values()):
+            if listener.type == "finish":
+                area._handle_event({"listener_id": listener.id, "args": {}})
+        await until(lambda: BROUGHT in {line["event"] for line in history.read(example.root / HISTORY)})
+        there.append((example.root / "raw/big/big.csv").is_file())
+
+    look(example, test)
+    assert there == [True]
+
+
 def test_a_place_where_nothing_can_be_brought_is_told(
     example: Project, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 from nicegui import events, ui
@@ -58,7 +59,7 @@ _PICK_FOLDER = """
 def bring(view: View, title: str, into: str = "") -> None:
     """Show where files can be dropped; they become a new set, or more files of the set `into`."""
     suffixes = sorted({*SUFFIXES, *(MAPS if into else ())})
-    target = into
+    target, at_work = into, 0
     with ui.element("section").props('id="bring"'):
         heading(title)
         say(
@@ -69,7 +70,8 @@ def bring(view: View, title: str, into: str = "") -> None:
         said = ui.element("div").props('role="status"')
 
         async def taken(event: events.UploadEventArguments) -> None:
-            nonlocal target
+            nonlocal target, at_work
+            at_work += 1
             try:
                 if not target:
                     target = _new_set(view, event.file.name)
@@ -80,10 +82,15 @@ def bring(view: View, title: str, into: str = "") -> None:
                 _drop_empty(view, target, into)
                 target = into if not (view.project.root / RAW / (target or "-")).is_dir() else target
                 return
+            finally:
+                at_work -= 1
             with said:
                 say(f"{name} is in the project.", "soft")
 
-        def finished() -> None:
+        async def finished() -> None:
+            # The browser has sent all; a large file may still be on its way to the disk.
+            while at_work:
+                await asyncio.sleep(0.05)
             if target and (view.project.root / RAW / target).is_dir():
                 view.note(history.BROUGHT, data=f"{RAW}/{target}")
                 ui.navigate.to(f"/measurements?raw={target}")
