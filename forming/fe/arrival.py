@@ -10,6 +10,7 @@ Whatever comes to a tool within an increment slides along it for the rest of tha
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from .contact import gap_and_normal
@@ -86,17 +87,25 @@ def cut_at_arrival(
 
 @njit(cache=True)
 def touching_shares(
-    points: FloatArray, velocity: FloatArray, segments: FloatArray, offset: FloatArray, dt: float
+    points: FloatArray,
+    velocity: FloatArray,
+    touching: npt.NDArray[np.bool_],
+    segments: FloatArray,
+    offset: FloatArray,
+    dt: float,
 ) -> FloatArray:
     """Return for points the share of an increment that is left when they come to a tool, shape (n,).
 
     A point beside the tool that does not approach it comes in the middle: nothing is known of its way.
 
     - `points`, `velocity`, shape (n, 2): at the start of the increment; relative to the tool [mm/s].
+    - `touching`, shape (n,): points that a tool touches all along; theirs is 1.
     """
     n = points.shape[0]
     shares = np.ones(n)
     for i in range(n):
+        if touching[i]:
+            continue
         gap, nr, nz = gap_and_normal(points[i, 0], points[i, 1], segments, offset[0], offset[1])
         if gap > 0.0:
             way = -(velocity[i, 0] * nr + velocity[i, 1] * nz) * dt

@@ -68,7 +68,7 @@ def resample_surface(
         _seat(points, k, u, table, tool.segments, tool.offset, held)
     _join_ends(points, closed)
     if tables is not None:
-        _restore_volume(points, enclosed_volume(chain), held)
+        _restore_volume(points, enclosed_volume(chain), held, tools)
     return Surface(points, s)
 
 
@@ -140,8 +140,12 @@ def _seat(
         points[i, 1] += nz * shift
 
 
-def _restore_volume(points: FloatArray, volume: float, held: np.ndarray) -> None:
-    """Move the nodes without contact along their normal until the enclosed volume is as before."""
+def _restore_volume(points: FloatArray, volume: float, held: np.ndarray, tools: list[Tool]) -> None:
+    """Move the nodes without contact along their normal until the enclosed volume is as before.
+
+    One beside a tool goes at most half of the way there, the others the more: pushed into a tool, a rod that the land has
+    let go would touch it again.
+    """
     free = ~held
     free[[0, -1]] = False
     for _ in range(3):
@@ -153,7 +157,20 @@ def _restore_volume(points: FloatArray, volume: float, held: np.ndarray) -> None
         if area < 1.0:
             return
         missing = volume - enclosed_volume(points)
-        points[free] += normal[free] * np.clip(missing / area, -0.01, 0.01)
+        shift = np.full(len(points), min(max(missing / area, -0.01), 0.01))
+        for tool in tools if missing > 0.0 else ():
+            _leave_gap(points, tool.segments, tool.offset, shift)
+        points[free] += normal[free] * shift[free, None]
+        # Who could not go as far as the others stays where it is.
+        free &= shift == shift.max()
+
+
+@njit(cache=True)
+def _leave_gap(points: FloatArray, segments: FloatArray, offset: FloatArray, shift: FloatArray) -> None:
+    """Shorten `shift`, shape (n,) [mm], to half of the gap between each point and the tool."""
+    for i in range(points.shape[0]):
+        gap, _, _ = gap_and_normal(points[i, 0], points[i, 1], segments, offset[0], offset[1])
+        shift[i] = min(shift[i], max(0.5 * gap, 0.0))
 
 
 def mesh_inside(surface: FloatArray, size: SizeField) -> Mesh:

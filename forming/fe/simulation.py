@@ -290,10 +290,14 @@ class Simulation:
     def _touching_shares(self, moves: list[FloatArray], dt: float) -> FloatArray:
         """Return for how much of the increment to come each marker touches each tool if it comes to it, shape (n_tools, n)."""
         body, markers = self.state.body, self.state.markers
-        points, velocity = markers.points(body.surface), markers.points(body.velocity[body.chain])
+        on, points, velocity = (
+            markers.active,
+            markers.points(body.surface),
+            markers.points(body.velocity[body.chain]),
+        )
         return np.array(
             [
-                touching_shares(points, velocity - move / dt, tool.segments, tool.offset, dt)
+                touching_shares(points, velocity - move / dt, on, tool.segments, tool.offset, dt)
                 for tool, move in zip(self.state.tools, moves)
             ]
         )

@@ -43,16 +43,16 @@ def test_what_comes_to_a_tool_touches_it_for_the_rest_of_the_increment():
     """0.2 mm on the way in an increment; beside the land, at it, out of reach, and beside it without coming closer."""
     x = np.array([[2.9, -1.0], [2.98, -1.0], [3.0, -1.0], [2.7, -1.0], [2.9, -1.0]])
     velocity = np.array([[10.0, 3.0], [10.0, 0.0], [10.0, 0.0], [10.0, 0.0], [0.0, 5.0]])
-    shares = touching_shares(x, velocity, TOOL.segments, TOOL.offset, 0.02)
+    shares = touching_shares(x, velocity, np.zeros(5, dtype=bool), TOOL.segments, TOOL.offset, 0.02)
     assert shares == pytest.approx([0.5, 0.9, 1.0, 0.0, 0.5])
 
 
 def container_distances(largest: float):
-    """Sliding distances along the container after 4 mm [mm], increments of at most `largest` mm, and where they are known."""
+    """Sliding distances along the container after 3 mm [mm], increments of at most `largest` mm, and where they are known."""
     process = ForwardRodExtrusion(mesh_size=0.6, n_points=80)
     process.start(0.08)
     process.simulation.control = replace(process.simulation.control, largest=largest)
-    assert process.advance(4.0)
+    assert process.advance(3.0)
     r, z = process.marker_position.T
     return process.loads()[:, 3], process.active & (np.abs(r - 10.0) < 0.1) & (z > 10.0)
 

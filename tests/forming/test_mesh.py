@@ -115,6 +115,17 @@ def test_corners_and_ends_stay_and_volume_is_restored():
     assert (np.diff(surface.old_arc) > 0).all()
 
 
+def test_the_volume_is_restored_beside_a_tool_without_touching_it():
+    """A waisted billet, a plate one hundredth of a micrometre below the lower face: the sides and the upper face take what that cannot."""
+    chain = billet(0.9, -2.0)
+    table = np.zeros((len(chain), 6))
+    surface = resample_surface(chain, uniform(0.5), [plate(-1e-5)], [table]).points
+    far = resample_surface(chain, uniform(0.5), [plate(-5.0)], [table]).points
+    assert far[:, 1].min() < -1e-3
+    assert surface[:, 1].min() > -1e-5
+    assert enclosed_volume(surface) == pytest.approx(enclosed_volume(chain), rel=1e-6)
+
+
 def test_contact_keeps_its_penetration_and_free_points_leave_the_tool():
     chain = billet(0.9)
     chain[:, 1] -= 0.005

@@ -112,8 +112,15 @@ def test_the_land_is_free_where_the_fine_mesh_has_no_contact(monkeypatch):
     assert land_pressure() > 1.0
 
 
-def land_pressure():
-    process = ForwardRodExtrusion(n_points=20)
+def test_a_remeshing_does_not_push_a_rod_against_the_land(monkeypatch):
+    """Elements of 0.5 mm, 5 to 8 mm of stroke; planted: all free nodes share what keeps the volume, also those beside a tool."""
+    assert land_pressure(0.5, 8.0) < 8.0
+    monkeypatch.setattr("forming.fe.remesh._leave_gap", lambda *_: None)
+    assert land_pressure(0.5, 8.0) > 15.0
+
+
+def land_pressure(mesh_size=0.4, stroke=6.5):
+    process = ForwardRodExtrusion(mesh_size=mesh_size, n_points=20)
     process.start(0.08)
     means = []
 
@@ -126,7 +133,7 @@ def land_pressure():
             means.append(pressure[on] @ state.weights[on] / state.weights[on].sum())
         return False
 
-    assert process.advance(6.5, look)
+    assert process.advance(stroke, look)
     return np.mean(means)
 
 
