@@ -15,7 +15,7 @@ from .. import commands
 from ..commands.fmus import MOST_NODES, SWITCHES, TARGETS, PackOptions, pack, platform_names
 from ..project.project import changed
 from ..serving import has_page, page_address
-from ..work.worker import DONE, FAILED, Job
+from ..work.job import DONE, FAILED, Job
 from .frame import page_head
 from .parts import action, choice, download, empty, heading, line, say
 from .parts import button as press

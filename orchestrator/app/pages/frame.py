@@ -17,7 +17,8 @@ from friction_models.common.markup import escape
 
 from ..commands import Command
 from ..project import HISTORY, Project, history
-from ..work.worker import CANCELLED, FAILED, RUNNING, Job, Worker
+from ..work.job import CANCELLED, FAILED, RUNNING, Job
+from ..work.worker import Worker
 from .parts import button, empty, gone, heading, say
 from .view import View
 

@@ -11,7 +11,8 @@ from ..commands import Command, short
 from ..commands.models import FAMILIES
 from ..project import HISTORY, Project, history
 from ..project.history import Round, Story
-from ..work.worker import Job, Worker
+from ..work.job import Job
+from ..work.worker import Worker
 
 #: The model with which the loop begins where none is chosen.
 FIRST_MODEL = "linear"

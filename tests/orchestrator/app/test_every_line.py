@@ -30,7 +30,8 @@ from forming.press import PressCurves, PressLevel
 from orchestrator.app import commands
 from orchestrator.app.commands import Command
 from orchestrator.app.project import HISTORY, Project, history
-from orchestrator.app.work.worker import DONE, Job, Worker
+from orchestrator.app.work.job import DONE, Job
+from orchestrator.app.work.worker import Worker
 from orchestrator.cli.app import app
 from orchestrator.cli.main import run
 

@@ -17,16 +17,8 @@ import pytest
 from friction_models.common.processes.child_processes import python_command
 from orchestrator.app.commands import Command
 from orchestrator.app.project import HISTORY, WORK, Project, history
-from orchestrator.app.work.worker import (
-    CANCELLED,
-    DONE,
-    FAILED,
-    RUNNING,
-    Job,
-    Worker,
-    interrupted_commands,
-    shown_line,
-)
+from orchestrator.app.work.job import CANCELLED, DONE, FAILED, RUNNING, Job
+from orchestrator.app.work.worker import Worker, interrupted_commands, shown_line
 
 
 @pytest.fixture

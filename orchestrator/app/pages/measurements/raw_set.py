@@ -24,7 +24,7 @@ from ...figures.raw import columns_figure, loads_figure, preview_row
 from ...project import history
 from ...raw.files import RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
 from ...raw.map_form import MapForm, beyond_limits, looks_like_records
-from ...work.worker import DONE, FAILED
+from ...work.job import DONE, FAILED
 from ..frame import page_head
 from ..parts import button, choice, empty, gone, heading, line, picture, say, words
 from ..view import View
