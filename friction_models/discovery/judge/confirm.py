@@ -23,13 +23,15 @@ from .confirmation import EXPLAINED, NAMED, Confirmation
 from .error_budget import ErrorShares, error_shares, helps, lead
 from .identifiability import RESOLUTION
 from .straight_fits import StraightFits
-from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
+from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests, mean_of
 from .verdict import LEVEL
 
 #: More than this share is left: what is named is not the answer.
 NOT_THE_ANSWER = 0.4
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
+#: Ways to divide the tests over which it must do so on average.
+DIVISIONS = 4
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
 CLEAR = 0.01
 #: What is less clear must take this share of the squared error on unseen tests: effects that are both small and hardly
@@ -139,8 +141,7 @@ class Confirm:
             physical = any(f.prepared.candidate.effect.kind != "fault" for f in kept)
             return "partly_explained" if shares.left > EXPLAINED and physical else verdict
         if verdict in NAMED or verdict == "nothing_missing":
-            alone = shares.missing > ALONE_SHARE * shares.base and shares.certainty > ALONE_CERTAIN
-            return "unknown_structure" if alone else "nothing_missing"
+            return "unknown_structure" if _alone(shares) and _alone(self._divided()) else "nothing_missing"
         return verdict
 
     def _that_help(self, chosen: list[Fit], most: int = MOST_NAMED) -> list[Fit]:
@@ -277,7 +278,15 @@ class Confirm:
     def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
         beside = [[], kept] if kept else [[]]
         known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
-        return error_shares(self.unseen, _effects(kept), known)
+        return error_shares(self.unseen.errors(), self.unseen.errors(_effects(kept)), known)
+
+    def _divided(self) -> ErrorShares:
+        """Return the budget where nothing is named, on average over several ways to divide the tests: one alone is partly chance."""
+        terms, unseen = self.found.columns_with([]), self.unseen
+        ways = [UnseenTests(unseen.campaign, unseen.base, unseen.seed + k) for k in range(DIVISIONS)]
+        flexible = [self.found.y - self.reference.out_of_fold(terms, way.fold_of_test) for way in ways]
+        base = mean_of([way.errors() for way in ways])
+        return error_shares(base, base, [mean_of([errors_of_tests(self.campaign, r) for r in flexible])])
 
     @cached_property
     def reference(self) -> Reference:
@@ -297,6 +306,11 @@ class Confirm:
         model = self.found.y - self.unseen.residual(_effects(kept))
         metadata = [n for n in self.reference.names if n in self.campaign.system]
         return places_of(self.campaign, self._predicted(kept) - model, metadata)
+
+
+def _alone(shares: ErrorShares) -> bool:
+    """Return whether the reference says for certain that something is missing, where no effect is seen."""
+    return shares.missing > ALONE_SHARE * shares.base and shares.certainty > ALONE_CERTAIN
 
 
 def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:

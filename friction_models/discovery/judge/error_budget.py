@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from ...effects.base import Effect
 from ...estimation.search.importance import LEAST_SHARE
 from ...loads import FloatArray
-from .unseen_tests import ErrorsByTest, UnseenTests
+from .unseen_tests import ErrorsByTest
 
 #: Standard errors over the tests by which the reference must predict better than the model to be believed.
 BELIEVED = 2.3
@@ -88,25 +87,21 @@ def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> boo
     return bool(sure > 2.5 and along > LEAST_SHARE * before.rms**2 and gain > 0.0)
 
 
-def error_shares(
-    unseen: UnseenTests, effects: Sequence[Effect], known: Sequence[ErrorsByTest]
-) -> ErrorShares:
+def error_shares(base: ErrorsByTest, named: ErrorsByTest, known: Sequence[ErrorsByTest]) -> ErrorShares:
     """Return the error budget of a model with effects.
 
     Parameters
     ----------
-    unseen : UnseenTests
-    effects : sequence of Effect
-        What is named.
+    base, named : ErrorsByTest
+        Of the model as it is, and with the effects that are named.
     known : sequence of ErrorsByTest
         Errors of other predictions of the same tests.
     """
-    campaign = unseen.campaign
-    base, named = unseen.errors(), unseen.errors(effects)
-    best, certainty = np.zeros(len(campaign.tests)), 0.0
+    tests = len(named.total)
+    best, certainty = np.zeros(tests), 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)
-        if part == "within" or len(campaign.tests) >= LEAST_TESTS:
+        if part == "within" or tests >= LEAST_TESTS:
             for other in (getattr(k, part) for k in known):
                 gain, certain = lead(own, other)
                 if certain > BELIEVED and gain > LEAST_SHARE * base.rms**2 and other.mean() < least.mean():

@@ -123,6 +123,13 @@ def errors_of_tests(campaign: Campaign, residual: FloatArray) -> ErrorsByTest:
     return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0))
 
 
+def mean_of(errors: Sequence[ErrorsByTest]) -> ErrorsByTest:
+    """Return the mean of several errors of the same tests."""
+    return ErrorsByTest(
+        np.mean([e.between for e in errors], axis=0), np.mean([e.within for e in errors], axis=0)
+    )
+
+
 def refitted(base: BaseLaw) -> bool:
     """Return whether the model itself is fitted anew for every judgement, as `refine` does, and not taken as it is."""
     law = base.model.base if isinstance(base.model, ComposedFriction) else base.model

@@ -14,8 +14,6 @@ from .reference import Reference
 
 #: Robust standard deviations from the prediction of the others beyond which a test is odd.
 ODD = 4.0
-#: Median of the absolute value of normal noise, and level and value of another quantile, by which the tails are judged.
-MIDDLE, TAIL = 0.6745, (0.9, 1.645)
 #: If more than this share of the tests is odd, it is not a matter of single tests.
 MOST_ODD = 0.06
 #: With fewer tests no one can say which of them is odd.
@@ -39,31 +37,12 @@ def odd_tests(campaign: Campaign, columns: FloatArray, floor: NoiseFloor | None)
     y = campaign.average(campaign.mu)
     if floor is None:
         floor = estimate(campaign, Layout.of(campaign), y, columns)
-    z = np.abs(Reference(campaign, floor, y).surprise(columns))
-    far = as_normal(z) > ODD
+    far = np.abs(Reference(campaign, floor, y).surprise(columns)) > ODD
     return (
         [campaign.tests[k] for k in np.flatnonzero(far)]
         if 0 < far.sum() <= max(MOST_ODD * tests, 1.0)
         else []
     )
-
-
-def as_normal(z: FloatArray) -> FloatArray:
-    """Return distances, in robust standard deviations, as far out in normal noise as they are among the others here.
-
-    Tests may scatter unevenly. Their quantiles are then taken for a power of those of normal noise, which the middle and the tenth
-    that lies farthest off tell: only what is odd beside those is single.
-
-    Examples
-    --------
-    >>> even = np.abs(np.random.default_rng(0).normal(size=10_000))
-    >>> uneven = 0.6745 * (even / 0.6745) ** 2
-    >>> np.quantile(as_normal(even), 0.99).round(1), np.quantile(as_normal(uneven), 0.99).round(1)
-    (np.float64(2.6), np.float64(2.6))
-    """
-    far = max(float(np.quantile(z, TAIL[0])) / MIDDLE, 1.0)
-    power = max(np.log(far) / np.log(TAIL[1] / MIDDLE), 1.0)
-    return np.asarray(MIDDLE * (z / MIDDLE) ** (1.0 / power))
 
 
 def without_tests(campaign: Campaign, names: list[str]) -> Campaign:
