@@ -15,7 +15,9 @@ def main() -> None:
     ForwardRodExtrusion(mesh_size=1.0).run(0.05, stroke=0.5)
     plan = pd.DataFrame([{"v_set": 50.0, "T_tool": 100.0, "sigma_set": 1000.0, "sd_set": 5.0}])
     with TemporaryDirectory() as folder:
-        SctTwin().run(virtual_lab.Campaign(plan=plan, seed=1, lubricant="polymer").run(f"{folder}/lab", jobs=1), jobs=1)
+        SctTwin().run(
+            virtual_lab.Campaign(plan=plan, seed=1, lubricant="polymer").run(f"{folder}/lab", jobs=1), jobs=1
+        )
 
 
 if __name__ == "__main__":
