@@ -260,6 +260,10 @@ def search(
     )
 
 
+#: Correlation of what effects contribute to the data from which on they contribute the same.
+EQUAL = 0.995
+
+
 def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
     """Let the plainest come first of effects that contribute the same and fit alike: no fault, fewest numbers, listed first.
 
@@ -274,7 +278,7 @@ def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
     while rest:
         best = rest[0]
         near = (f for f in rest[1:] if f.evidence > (1.0 - SAME) * best.evidence > 0.0)
-        lead = min([best, *(f for f in near if alike(best, f) > TWINS)], key=plainness)
+        lead = min([best, *(f for f in near if alike(best, f) > EQUAL)], key=plainness)
         ordered.append(lead)
         rest = [f for f in rest if f is not lead]
     return ordered
