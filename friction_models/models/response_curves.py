@@ -1,14 +1,14 @@
-"""Response curves: mu against each load, the others at the centre of the domain."""
+"""Response curves: mu against each load, the others at the centre of the domain; with memory, after sliding there."""
 
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 
-from ..loads import LOAD_NAMES, LOADS, FloatArray
-from .after_sliding import after_sliding, remembers
+from ..loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from .law import FrictionLaw
 
 POINTS = 121
+#: Steps on the way of a model that remembers: states change smoothly, and over the steps the loads are those of the end.
+STEPS = 40
+_SD = LOAD_NAMES.index("sd")
 #: Random points of the other loads, for the band.
 SCATTER = 48
 #: Ranges to draw for a law that was never trained (the reference plan of the sliding compression test).
@@ -81,7 +84,7 @@ def response_curves(model: FrictionLaw) -> go.Figure:
     figure.update_yaxes(rangemode="tozero")
     shown = model.formula_text()
     if remembers(model):
-        shown += f"; after sliding {centre[LOAD_NAMES.index('sd')]:.3g} mm from fresh contact, over sd after that distance"
+        shown += f"; after sliding {centre[_SD]:.3g} {QUANTITIES['sd'].unit} from fresh contact, over sd after that distance"
     figure.update_layout(
         title={"text": f"{model.name}<br><sub>{shown if len(shown) < 150 else shown[:147] + '...'}</sub>"},
         template="plotly_white",
@@ -118,3 +121,29 @@ def band(model: FrictionLaw, others: FloatArray, j: int, values: FloatArray) -> 
     curves = after_sliding(model, loads).reshape(len(others), len(values))
     low, high = np.percentile(curves, [5, 95], axis=0)
     return low, high
+
+
+def remembers(model: Any) -> bool:
+    """Whether a model has states that change while it slides."""
+    return bool(getattr(model, "states", ())) and hasattr(model, "predict_frame")
+
+
+def after_sliding(model: Any, loads: FloatArray) -> FloatArray:
+    """Return mu, shape (n,), at loads of shape (n, 5), each reached from fresh contact by sliding its `sd` at its other loads.
+
+    For a model without memory that is ``model.predict(loads)``.
+
+    Examples
+    --------
+    >>> from friction_models import ConstantFriction
+    >>> after_sliding(ConstantFriction(0.08), np.array([[50.0, 20.0, 500.0, 30.0, 1.0]])).tolist()
+    [0.08]
+    """
+    if not remembers(model):
+        return np.asarray(model.predict(loads), dtype=float)
+    way = np.repeat(loads, STEPS + 1, axis=0)
+    way[:, _SD] *= np.tile(np.linspace(0.0, 1.0, STEPS + 1), len(loads))
+    frame = pd.DataFrame(way, columns=list(LOAD_NAMES))
+    # Each point is the last one of a test of its own.
+    frame["test_id"] = np.repeat([f"p{k}" for k in range(len(loads))], STEPS + 1)
+    return np.asarray(model.predict_frame(frame), dtype=float)[STEPS :: STEPS + 1]

@@ -9,7 +9,7 @@ import pytest
 from friction_models import FrictionModel, LinearFriction
 from friction_models.effects import WorkExhaustion
 from friction_models.loads import LOAD_NAMES, TriboLoads
-from friction_models.models.after_sliding import after_sliding, remembers
+from friction_models.models.response_curves import after_sliding, remembers
 from orchestrator.report.charts.responses import caption, response_chart
 
 

@@ -13,7 +13,6 @@ from friction_models.common.markup import table
 from friction_models.loads import LOAD_NAMES, DataSet
 
 from ...report.reading import ReadFigure
-from .. import commands
 from ..figures.explore import Sample, cloud, sample, summary
 from ..project.loaded import loaded
 from .frame import page_head
@@ -73,7 +72,7 @@ async def show(view: View) -> None:
         "Explore the measurements",
         "Draw a frame around points: the same tests light up in every picture. Click twice to let them go.",
     )
-    sets = [project.relative(p) for p in project.data_sets()]
+    sets = view.data_sets()
     if not sets:
         empty(
             "There are no measurements yet", "They are drawn here.", ("Bring measurements", "/measurements")
@@ -81,10 +80,9 @@ async def show(view: View) -> None:
         return
     story = view.story()
     data = view.query.get("data", story.data)
-    data = data if data in sets else sets[0]
-    names = {place: commands.short(place) for place in sets}
+    data = data if data in sets else next(iter(sets))
     with ui.element("div").classes("choices"):
-        choice("Measurements", names, data, lambda v: ui.navigate.to(f"/explore?data={v}"))
+        choice("Measurements", sets, data, lambda v: ui.navigate.to(f"/explore?data={v}"))
     with told(view):
         dataset = await asyncio.to_thread(loaded, project.inside(data))
         await _Explorer(view, dataset, data).build()

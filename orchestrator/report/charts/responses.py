@@ -10,8 +10,8 @@ import numpy as np
 from friction_models.common.markup import escape
 from friction_models.loads import LOADS, FloatArray, TriboLoads
 from friction_models.loads.contract import QUANTITIES, with_unit
-from friction_models.models.after_sliding import after_sliding, remembers
 from friction_models.models.domain import known_domain
+from friction_models.models.response_curves import after_sliding, remembers
 
 from ..parts.chart import Chart
 from ..parts.theme import LINE, Look
