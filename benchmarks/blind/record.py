@@ -25,6 +25,7 @@ class Answer(TypedDict):
     noise_floor: NotRequired[NoiseFloorNumbers]
     warnings: NotRequired[list[str]]
     ranking: NotRequired[list[RankedEffect]]
+    grounds: NotRequired[dict[str, float]]
 
 
 class Record(TypedDict):
@@ -49,6 +50,7 @@ def said(found: Diagnosis) -> Answer:
         "noise_floor": found.noise_floor,
         "warnings": found.warnings,
         "ranking": found.ranking[:6],
+        "grounds": found.grounds,
     }
 
 

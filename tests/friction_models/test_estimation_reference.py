@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -80,6 +82,36 @@ def test_metadata_in_words_is_followed() -> None:
     error = reference.y - reference.out_of_fold(base, folds)
     law = reference.y - plain(campaign, base, folds, reference.y)
     assert np.var(error) < 0.15 * np.var(law)
+
+
+def half_a_factorial(seed: int) -> Campaign:
+    """Return 40 of the 81 settings of four loads at three levels; only one of three materials feels the temperature."""
+    rng = np.random.default_rng(seed)
+    grid = list(product((5.0, 50.0, 500.0), (20.0, 100.0, 300.0), (500.0, 1500.0, 2700.0), (1.05, 5.0, 20.0)))
+    parts, materials = [], []
+    for k, i in enumerate(rng.permutation(81)[:40]):
+        v, T, sigma, psi = grid[i]
+        materials.append(str(rng.choice(["16MnCr5", "42CrMo4", "C15"])))
+        hidden = 0.04 * (T - 150.0) / 150.0 * (materials[-1] == "C15")
+        noise = SCATTER * rng.normal() + 0.003 * rng.normal(size=12)
+        loads = {"v_rel": v, "T": T, "sigma_n": sigma, "sd": np.linspace(0.5, 20.0, 12), "psi": psi}
+        parts.append(
+            pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": 0.15 - 1e-5 * sigma + hidden + noise})
+        )
+    ids = [f"t{k:02d}" for k in range(40)]
+    tests = pd.DataFrame({"test_id": ids, "material": materials, "operator": rng.choice(["A", "B"], 40)})
+    return prepare(pd.concat(parts, ignore_index=True), tests)
+
+
+def test_one_material_that_alone_feels_a_load_is_followed() -> None:
+    """Neither the load nor the material says much alone: what belongs to both must not be taken for scatter of the tests."""
+    for seed in range(5, 11):
+        campaign = half_a_factorial(seed)
+        reference, base, folds = reference_of(campaign)
+        law = reference.y - plain(campaign, base, folds, reference.y)
+        error = reference.y - reference.out_of_fold(base, folds)
+        assert np.std(law) > 0.012
+        assert np.std(error) < 0.0052  # scatter and noise of the averages alone: 0.0036
 
 
 def test_the_gradient_of_the_criterion_is_that_of_its_values(monkeypatch: pytest.MonkeyPatch) -> None:

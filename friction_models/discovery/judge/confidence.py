@@ -56,6 +56,8 @@ def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tes
         "missing": shares.missing / shares.base if shares is not None and shares.base > 0.0 else 0.0,
         "held": float(len(held)),
         "reference": min(shares.certainty, MOST_SURE) if shares is not None else 0.0,
+        "beyond": min(shares.beyond, MOST_SURE) if shares is not None else 0.0,
+        "left": shares.left if shares is not None else 0.0,
         "structure": _powers(evidence.structure.p_value),
         "log_tests": float(np.log(tests)),
     }

@@ -38,6 +38,9 @@ class ErrorShares:
         95 % interval of `best` over the tests.
     by_reference : bool
         Whether `best` is, between or within tests, that of the flexible reference and not of the model.
+    beyond : float
+        Standard errors by which the reference is better than the model with what is named, between or within tests, however
+        little it is; 0 where it is not better.
     """
 
     base: float
@@ -46,6 +49,7 @@ class ErrorShares:
     certainty: float
     interval: tuple[float, float]
     by_reference: bool
+    beyond: float = 0.0
 
     @property
     def explained(self) -> float:
@@ -98,17 +102,18 @@ def error_shares(base: ErrorsByTest, named: ErrorsByTest, known: Sequence[Errors
         Errors of other predictions of the same tests.
     """
     tests = len(named.total)
-    best, certainty = np.zeros(tests), 0.0
+    best, certainty, beyond = np.zeros(tests), 0.0, 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)
         if part == "within" or tests >= LEAST_TESTS:
             for other in (getattr(k, part) for k in known):
                 gain, certain = lead(own, other)
+                beyond = max(beyond, certain)
                 if certain > BELIEVED and gain > LEAST_SHARE * base.rms**2 and other.mean() < least.mean():
                     least, certainty = other, max(certainty, certain)
         best = best + least
     return ErrorShares(
-        base.rms**2, named.rms**2, float(np.mean(best)), certainty, _interval(best), certainty > 0.0
+        base.rms**2, named.rms**2, float(np.mean(best)), certainty, _interval(best), certainty > 0.0, beyond
     )
 
 

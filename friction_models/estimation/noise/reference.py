@@ -23,6 +23,7 @@ from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import products, transformed
 from ..campaign.metadata import MOST_LEVELS, is_text
+from .histories import histories
 from .noise_floor import Layout, NoiseFloor, Whitener
 
 #: Places along a load or along metadata between which a curve may bend.
@@ -41,7 +42,7 @@ SAME_AS_LOAD = 0.999
 MOST_TESTS = 200
 #: Prior of the natural logarithm of the variances, mean and spread: of curves and offsets over the variance of mu; of
 #: products over the product of the variances of both curves; of noise over that of the floor, which is known from within tests.
-PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 1.0), "offset": (-1.0, 2.0), "noise": (0.0, 0.7)}
+PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 2.0), "offset": (-1.0, 2.0), "noise": (0.0, 0.7)}
 
 
 @dataclass(frozen=True)
@@ -156,8 +157,12 @@ class Reference:
 
     def _split(self, theta: FloatArray, free: int) -> tuple[FloatArray, float, float]:
         """Return the prior precision of every coefficient, and the variances of offsets and noise."""
-        *curves, product, offset, noise = theta
-        sizes = [np.exp(sum(curves[k] for k in c.of) + product * (len(c.of) - 1)) for c in self.curves]
+        *curves, offset, noise = theta
+        products = iter(curves[len(self.names) :])
+        sizes = [
+            np.exp(sum(curves[k] for k in c.of) + (next(products) if len(c.of) > 1 else 0.0))
+            for c in self.curves
+        ]
         own = [np.full(c.columns.shape[1], 1.0 / (s * self.scale**2)) for c, s in zip(self.curves, sizes)]
         # the white rows carry the noise of the floor: `noise` is a factor on it
         return (
@@ -177,7 +182,8 @@ class Reference:
         gram, score, square = rows.T @ rows, rows.T @ y, float(y @ y)
         size, level = np.add.reduceat(one**2, starts), np.add.reduceat(one * y, starts)
         edges = np.cumsum([free, *(c.columns.shape[1] for c in self.curves)])
-        kinds = [*["curve"] * count, "product", "offset", "noise"]
+        pairs = len(self.curves) - count
+        kinds = [*["curve"] * count, *["product"] * pairs, "offset", "noise"]
         mean, spread = np.array([PRIOR[k] for k in kinds]).T
 
         def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
@@ -197,11 +203,12 @@ class Reference:
             value += 2.0 * np.sum(np.log(np.diag(root))) - np.sum(np.log(precision))
             gradient = np.zeros_like(theta)
             own = precision * (np.diag(inverse) + b**2)
-            for curves, low, high in zip(self.curves, edges[:-1], edges[1:], strict=True):
+            for j, (curves, low, high) in enumerate(zip(self.curves, edges[:-1], edges[1:], strict=True)):
                 slope = (high - low) - float(own[low:high].sum())
-                for j in curves.of:
+                for main in curves.of:
+                    gradient[main] += slope
+                if len(curves.of) > 1:
                     gradient[j] += slope
-                gradient[-3] += slope * (len(curves.of) - 1)
             # noise: V = noise I + offset u u' in each test
             along = per_test @ inverse
             left = level - per_test @ b
@@ -217,7 +224,7 @@ class Reference:
             z = (theta - mean) / spread
             return float(value + z @ z), gradient + 2.0 * z / spread
 
-        bounds = [(-9.0, 4.0)] * (count + 1) + [(-9.0, 4.0), (-2.0, 3.0)]
+        bounds = [(-9.0, 4.0)] * count + [(-9.0, 6.0)] * pairs + [(-9.0, 4.0), (-2.0, 3.0)]
         best = minimize(criterion, mean, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
         return np.asarray(best.x)
 
@@ -265,6 +272,9 @@ def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
         names.append("distance")
         columns.append(_smooth(distance, DISTANCE_PLACES, DISTANCE_REACH))
     mains = len(names)
+    for name, values in histories(campaign).items():
+        names.append(name)
+        columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH))
     levels_of: dict[int, int] = {}
     for name in sorted(campaign.system):
         values = campaign.average(campaign.system[name][:, 0])
