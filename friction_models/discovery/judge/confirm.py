@@ -285,7 +285,9 @@ class Confirm:
         terms, unseen = self.found.columns_with([]), self.unseen
         more = (UnseenTests(unseen.campaign, unseen.base, unseen.seed + k) for k in range(1, DIVISIONS))
         ways = [unseen, *more]
-        flexible = [self.found.y - self.reference.out_of_fold(terms, way.fold_of_test) for way in ways]
+        flexible = [
+            self.found.y - self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways
+        ]
         base = mean_of([way.errors() for way in ways])
         return error_shares(base, base, [mean_of([errors_of_tests(self.campaign, r) for r in flexible])])
 

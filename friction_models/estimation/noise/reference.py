@@ -44,6 +44,8 @@ MOST_TESTS = 200
 #: products over the product of the variances of both curves; of noise over that of the floor, which is known from within tests.
 PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 2.0), "offset": (-1.0, 2.0), "noise": (0.0, 0.7)}
 
+Mask = npt.NDArray[np.bool_]
+
 
 @dataclass(frozen=True)
 class Curves:
@@ -96,7 +98,9 @@ class Reference:
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
         self._whiten = whiten
 
-    def out_of_fold(self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp]) -> FloatArray:
+    def out_of_fold(
+        self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp], anew: bool = False
+    ) -> FloatArray:
         """Return what the tests of the other folds say of mu in each bin, shape (m,).
 
         Parameters
@@ -104,16 +108,24 @@ class Reference:
         terms : ndarray, shape (m, p)
             Columns with free coefficients beside the curves: base and effects.
         fold_of_test : ndarray of int, shape (tests,)
+        anew : bool
+            Whether the prior variances of each fold come from the other folds, too. It takes as many times longer as there are
+            folds; from all tests they know a little of those that are predicted.
         """
-        part = self._prepared(terms)
         fold = fold_of_test[self.campaign.test]
         predicted, folds = np.empty(len(self.y)), np.unique(fold)
-        grams = np.array([part.rows[fold == k].T @ part.rows[fold == k] for k in folds])
-        scores = np.array([part.rows[fold == k].T @ part.target[fold == k] for k in folds])
+        if anew:
+            for k in folds:
+                part = self._prepared(terms, fold != k)
+                predicted[fold == k] = part.plain[fold == k] @ _solved(part, *_normal(part, fold != k))
+            return predicted
+        part = self._prepared(terms)
+        normal = [_normal(part, fold == k) for k in folds]
+        grams, scores = np.array([g for g, _ in normal]), np.array([s for _, s in normal])
         for k in folds:
             others = folds != k
-            factor = cho_factor(grams[others].sum(axis=0) + np.diag(part.precision))
-            predicted[fold == k] = part.plain[fold == k] @ cho_solve(factor, scores[others].sum(axis=0))
+            b = _solved(part, grams[others].sum(axis=0), scores[others].sum(axis=0))
+            predicted[fold == k] = part.plain[fold == k] @ b
         return predicted
 
     def surprise(self, terms: FloatArray) -> FloatArray:
@@ -144,12 +156,17 @@ class Reference:
         weight = np.add.reduceat(count, self._starts)
         return np.asarray(np.add.reduceat(count[:, None] * columns, self._starts, axis=0) / weight[:, None])
 
-    def _prepared(self, terms: FloatArray) -> _Prepared:
-        """Return the rows of terms and curves in units of the noise, with the prior variances of largest posterior density."""
+    def _prepared(self, terms: FloatArray, seen: Mask | None = None) -> _Prepared:
+        """Return the rows of terms and curves in units of the noise, with the prior variances of largest posterior density.
+
+        These variances come from the bins that are `seen`, by default all.
+        """
         norms = np.linalg.norm(terms, axis=0)
         terms = terms[:, norms > 0] / norms[norms > 0] * np.sqrt(len(terms))
         rows = np.column_stack([self._whiten(terms), self._white[:, 2:]])
-        theta = self._variances(rows, terms.shape[1])
+        theta = self._variances(
+            rows, terms.shape[1], np.ones(len(rows), dtype=bool) if seen is None else seen
+        )
         precision, offset, noise = self._split(theta, terms.shape[1])
         apart, root = _decorrelated(self._white[:, 0], offset / noise, self._starts), np.sqrt(noise)
         plain = np.column_stack([terms, *(c.columns for c in self.curves)])
@@ -171,10 +188,10 @@ class Reference:
             float(np.exp(noise)),
         )
 
-    def _variances(self, rows: FloatArray, free: int) -> FloatArray:
+    def _variances(self, rows: FloatArray, free: int, seen: Mask) -> FloatArray:
         """Return the logarithms of the prior variances with the largest posterior density."""
-        tests, count = len(self._starts), len(self.names)
-        some = np.unique(np.linspace(0, tests - 1, min(tests, MOST_TESTS)).astype(int))
+        own, count = np.unique(self.campaign.test[seen]), len(self.names)
+        some = own[np.unique(np.linspace(0, len(own) - 1, min(len(own), MOST_TESTS)).astype(int))]
         chosen = np.isin(self.campaign.test, some)
         rows, one, y = rows[chosen], self._white[chosen, 0], self._white[chosen, 1]
         starts = np.flatnonzero(np.r_[True, np.diff(self.campaign.test[chosen]) != 0])
@@ -227,6 +244,16 @@ class Reference:
         bounds = [(-9.0, 4.0)] * count + [(-9.0, 6.0)] * pairs + [(-9.0, 4.0), (-2.0, 3.0)]
         best = minimize(criterion, mean, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
         return np.asarray(best.x)
+
+
+def _normal(part: _Prepared, chosen: Mask) -> tuple[FloatArray, FloatArray]:
+    """Return matrix and right-hand side of the normal equations of some bins, without the prior."""
+    rows = part.rows[chosen]
+    return rows.T @ rows, rows.T @ part.target[chosen]
+
+
+def _solved(part: _Prepared, gram: FloatArray, score: FloatArray) -> FloatArray:
+    return np.asarray(cho_solve(cho_factor(gram + np.diag(part.precision)), score))
 
 
 def _decorrelated(
