@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -82,6 +83,20 @@ def test_metadata_in_words_is_followed() -> None:
     error = reference.y - reference.out_of_fold(base, folds)
     law = reference.y - plain(campaign, base, folds, reference.y)
     assert np.var(error) < 0.15 * np.var(law)
+
+
+@pytest.mark.parametrize("anew", [True, False])
+def test_tests_that_are_predicted_anew_have_no_part_in_their_prediction(anew: bool) -> None:
+    """Exchanging what was measured in the tests of one fold must not change what the others say of them."""
+    campaign, _ = campaign_of(3, 0.006)
+    reference, base, folds = reference_of(campaign)
+    before = reference.out_of_fold(base, folds, anew=anew)
+    held = folds[campaign.test] == 1
+    mu = campaign.mu.copy()
+    mu[np.repeat(held, campaign.count.astype(int))] = mu[np.repeat(held, campaign.count.astype(int))][::-1]
+    exchanged, base, folds = reference_of(replace(campaign, mu=mu))
+    after = exchanged.out_of_fold(base, folds, anew=anew)
+    assert (before[held] == pytest.approx(after[held], rel=1e-9)) is anew
 
 
 def half_a_factorial(seed: int) -> Campaign:

@@ -20,9 +20,11 @@ from .verdict import Evidence
 MOST_CERTAIN, MOST_SURE, MOST_SEEN = 6.0, 10.0, 2.7
 #: No answer of a prior that is finite is surer than this, or less sure.
 LIMITS = (0.02, 0.98)
-#: What is named beside something else that is missing, or in another form, is right less often: 5 of 7 such answers to the
+#: What is named beside something else that is missing, or in another form, is right less often: XX of YY such answers to the
 #: benchmarks of other authors were, too few to fit weights to.
 MOST_PARTLY = 0.75
+#: From so many standard errors on the reference predicts better than what is named, however little: its form is another one.
+ANOTHER_FORM = 2.5
 #: Of points outside the domain of a model, and of spikes: these are counted, not judged.
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.
@@ -57,7 +59,6 @@ def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tes
         "held": float(len(held)),
         "reference": min(shares.certainty, MOST_SURE) if shares is not None else 0.0,
         "beyond": min(shares.beyond, MOST_SURE) if shares is not None else 0.0,
-        "left": shares.left if shares is not None else 0.0,
         "structure": _powers(evidence.structure.p_value),
         "log_tests": float(np.log(tests)),
     }
@@ -81,7 +82,7 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
 
     Examples
     --------
-    >>> grounds = {"seen": 2.7, "certain": 6.0, "gap": 0.8, "log_tests": 3.7}
+    >>> grounds = {"seen": 2.7, "certain": 6.0, "gap": 0.8, "beyond": 0.0, "log_tests": 3.7}
     >>> confidence("explained", grounds) > confidence("explained", {**grounds, "certain": 1.0})
     True
     """
@@ -91,4 +92,5 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
     intercept, weights = WEIGHTS[kind]
     score = intercept + sum(weight * grounds[name] for name, weight in weights.items())
     low, high = LIMITS
-    return float(np.clip(expit(score), low, MOST_PARTLY if verdict == "partly_explained" else high))
+    another = verdict in NAMED and grounds["beyond"] > ANOTHER_FORM
+    return float(np.clip(expit(score), low, MOST_PARTLY if another or verdict == "partly_explained" else high))

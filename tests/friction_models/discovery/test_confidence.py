@@ -11,7 +11,7 @@ from benchmarks.prior.laws import LAWS, OUTSIDE
 from benchmarks.prior.study import Answer, fitted, kind_of, right
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge import confidence as module
-from friction_models.discovery.judge.confidence import LIMITS, WEIGHTS, confidence
+from friction_models.discovery.judge.confidence import LIMITS, MOST_PARTLY, WEIGHTS, confidence
 from friction_models.effects import CATALOGUE
 from friction_models.loads import LOAD_NAMES
 
@@ -33,7 +33,7 @@ def test_what_speaks_for_an_answer_makes_it_surer() -> None:
         ("unknown_structure", "reference"),
         ("nothing_missing", "log_tests"),
     ):
-        names = {n for _, w in WEIGHTS.values() for n in w}
+        names = {n for _, w in WEIGHTS.values() for n in w} | {"beyond"}
         low, high = (dict.fromkeys(names, 0.5) | {ground: value} for value in (0.5, 3.0))
         assert LIMITS[0] <= confidence(verdict, low) < confidence(verdict, high) <= LIMITS[1], (
             verdict,
@@ -43,6 +43,15 @@ def test_what_speaks_for_an_answer_makes_it_surer() -> None:
     assert confidence("nothing_missing", low) < confidence("nothing_missing", high)
 
 
+def test_what_is_predicted_better_than_by_its_formula_is_not_sure() -> None:
+    grounds = dict.fromkeys({n for _, w in WEIGHTS.values() for n in w}, 6.0)
+    for verdict in ("explained", "ambiguous", "data_problem"):
+        assert confidence(verdict, grounds | {"beyond": 2.0}) > 0.9
+        assert confidence(verdict, grounds | {"beyond": 4.0}) == MOST_PARTLY
+    nothing = [confidence("nothing_missing", grounds | {"beyond": b}) for b in (0.0, 4.0)]
+    assert nothing[0] == nothing[1]
+
+
 def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Answers that are right with a chance known here, by another formula: the confidence must come out as that chance."""
     rng = np.random.default_rng(3)
@@ -50,7 +59,9 @@ def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPat
     known: list[bool] = []
     for verdict in ("explained", "ambiguous", "unknown_structure", "nothing_missing"):
         for _ in range(1500):
-            grounds = {n: float(rng.uniform(0.0, 3.0)) for _, w in WEIGHTS.values() for n in w}
+            grounds = {n: float(rng.uniform(0.0, 3.0)) for _, w in WEIGHTS.values() for n in w} | {
+                "beyond": 0.0
+            }
             good = rng.random() < 0.5 + 0.15 * grounds[next(iter(WEIGHTS[kind_of(verdict)][1]))]
             kind = {"unknown_structure": "outside", "nothing_missing": "null"}.get(verdict, "single")
             if not good:
