@@ -11,7 +11,7 @@ from benchmarks.prior.laws import LAWS, OUTSIDE
 from benchmarks.prior.study import Answer, fitted, kind_of, right
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge import confidence as module
-from friction_models.discovery.judge.confidence import LIMITS, MOST_PARTLY, WEIGHTS, confidence
+from friction_models.discovery.judge.confidence import LIMITS, MOST_IN_ANOTHER_FORM, WEIGHTS, confidence
 from friction_models.effects import CATALOGUE
 from friction_models.loads import LOAD_NAMES
 
@@ -47,7 +47,7 @@ def test_what_is_predicted_better_than_by_its_formula_is_not_sure() -> None:
     grounds = dict.fromkeys({n for _, w in WEIGHTS.values() for n in w}, 6.0)
     for verdict in ("explained", "ambiguous", "data_problem"):
         assert confidence(verdict, grounds | {"beyond": 2.0}) > 0.9
-        assert confidence(verdict, grounds | {"beyond": 4.0}) == MOST_PARTLY
+        assert confidence(verdict, grounds | {"beyond": 4.0}) == MOST_IN_ANOTHER_FORM
     nothing = [confidence("nothing_missing", grounds | {"beyond": b}) for b in (0.0, 4.0)]
     assert nothing[0] == nothing[1]
 
