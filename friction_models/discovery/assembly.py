@@ -131,6 +131,11 @@ def assemble(
             f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
             "were tested, in a way that is not named here"
         )
+    if judged.confirmed.of_another_form and verdict != "partly_explained":
+        warnings.append(
+            "a flexible prediction that knows no formula is a little better on unseen tests than what is named: the law may have "
+            "another form, or be another effect that looks alike here"
+        )
     if level.off:
         where += [level.entry(campaign)] if verdict in {"unknown_structure", "partly_explained"} else []
         warnings.append(level.text(f"the {base.name} model"))

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import expit
 
 from ...estimation.search.search_round import SearchRound
-from .confirmation import NAMED, Confirmation
+from .confirmation import ANOTHER_FORM, NAMED, Confirmation
 from .verdict import Evidence
 
 #: Standard errors of an effect and of the reference, and powers of ten, beyond which nothing becomes surer.
@@ -23,9 +23,9 @@ LIMITS = (0.02, 0.98)
 #: What is named beside something else that is missing, or in another form, is right less often: 5 of 7 such answers to the
 #: benchmarks of other authors were, too few to fit weights to.
 MOST_PARTLY = 0.75
-#: From so many standard errors on the reference predicts better than what is named, however little: the form is another one, and
-#: perhaps the effect. Of 25 such answers to a benchmark of another author 21 were right, of the 83 others that name something 79.
-ANOTHER_FORM, MOST_IN_ANOTHER_FORM = 2.5, 0.85
+#: Where the reference predicts better, however little, the form is another one, and perhaps the effect: of 25 such answers to a
+#: benchmark of another author 21 were right, of the 83 others that name something 79.
+MOST_IN_ANOTHER_FORM = 0.85
 #: Of points outside the domain of a model, and of spikes: these are counted, not judged.
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.

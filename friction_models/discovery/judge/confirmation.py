@@ -13,6 +13,8 @@ from .error_budget import ErrorShares
 NAMED = ("explained", "partly_explained", "ambiguous", "data_problem")
 #: Less than this share of what can be predicted is left: the names explain it.
 EXPLAINED = 0.15
+#: From so many standard errors on the reference predicts better than what is named, however little: its form is another one.
+ANOTHER_FORM = 2.5
 
 
 @dataclass(frozen=True)
@@ -52,3 +54,8 @@ class Confirmation:
     def lacks_fit(self) -> bool:
         """Whether settings differ by more than their repeats do, beside the model and what is named."""
         return self.repeats is not None and self.repeats.lacks_fit
+
+    @property
+    def of_another_form(self) -> bool:
+        """Whether unseen tests are predicted a little better without the formulas of what is named than with them."""
+        return self.verdict in NAMED and self.shares is not None and self.shares.beyond > ANOTHER_FORM
