@@ -15,8 +15,8 @@ from .test_estimation_reference import SCATTER, plain, reference_of
 TESTS, POINTS = 32, 40
 
 
-def ramps(seed: int, hidden: str) -> tuple[Campaign, np.ndarray]:
-    """Return tests in which pressure rises and falls, with a hidden part of mu, and that part at every point."""
+def ramps(seed: int, hidden: str) -> pd.DataFrame:
+    """Return tests in which pressure rises and falls, with a hidden part of mu in a column of its own."""
     rng = np.random.default_rng(seed)
     parts, ways = [], np.linspace(0.0, 1.0, POINTS)
     for k in range(TESTS):
@@ -33,12 +33,15 @@ def ramps(seed: int, hidden: str) -> tuple[Campaign, np.ndarray]:
         noise = SCATTER * rng.normal() + 0.001 * rng.normal(size=POINTS)
         frame = {"test_id": f"t{k:02d}", "v_rel": v, "T": T, "sigma_n": sigma, "sd": sd, "psi": 1.2}
         parts.append(pd.DataFrame({**frame, "hidden": part, "mu": 0.1 + part + noise}))
-    data = pd.concat(parts, ignore_index=True)
-    return prepare(data.drop(columns="hidden")), data["hidden"].to_numpy()
+    return pd.concat(parts, ignore_index=True)
+
+
+def campaign_of(data: pd.DataFrame) -> Campaign:
+    return prepare(data.drop(columns="hidden"))
 
 
 def test_each_history_orders_the_averages_as_what_it_is_called() -> None:
-    campaign, _ = ramps(0, "nothing")
+    campaign = campaign_of(ramps(0, "nothing"))
     found = histories(campaign)
     assert set(found) == {"time", "load path", "highest sigma_n"}
     loads = campaign.loads
@@ -63,10 +66,11 @@ def test_what_a_load_says_already_is_no_history() -> None:
 def test_a_law_of_the_past_is_predicted_on_unseen_tests(hidden: str) -> None:
     removed = []
     for seed in range(3):
-        campaign, part = ramps(seed, hidden)
+        data = ramps(seed, hidden)
+        campaign = campaign_of(data)
         reference, base, folds = reference_of(campaign)
         law = plain(campaign, base, folds, reference.y)
-        truth = campaign.average(part)
+        truth = campaign.average(data["hidden"].to_numpy())
         error = reference.y - reference.out_of_fold(base, folds)
         noise = np.var(reference.y - truth)
         removed.append(1.0 - (np.var(error) - noise) / (np.var(reference.y - law) - noise))

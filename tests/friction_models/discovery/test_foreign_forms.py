@@ -8,6 +8,8 @@ import pytest
 
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge import confirm
+from friction_models.discovery.judge.confidence import MOST_IN_ANOTHER_FORM
+from tests.friction_models.test_estimation_histories import ramps
 
 
 def melting_film(seed: int) -> pd.DataFrame:
@@ -54,3 +56,14 @@ def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPa
     assert (found.verdict, found.confusion_set) == ("ambiguous", ["running_in", "rate_state"]), found.sentence
     monkeypatch.setattr(confirm, "AGREED", -np.inf)
     assert diagnose(data, model="linear").verdict == "explained", "the agreement of the tests decides"
+
+
+@pytest.mark.parametrize("hidden", ["highest sigma_n", "time"])
+def test_a_law_of_the_past_that_no_effect_knows_is_not_named_for_sure(hidden: str) -> None:
+    """Work and wear imitate them well, so that a name may come; unseen tests show that its form is not quite right."""
+    for seed in range(2):
+        found = diagnose(ramps(seed, hidden).drop(columns="hidden"))
+        assert found.verdict != "nothing_missing"
+        if found.verdict in {"explained", "ambiguous", "data_problem"}:
+            assert found.confidence <= MOST_IN_ANOTHER_FORM
+            assert "another form" in " ".join(found.warnings)
