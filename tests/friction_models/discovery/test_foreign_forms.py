@@ -58,7 +58,7 @@ def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPa
     assert diagnose(data, model="linear").verdict == "explained", "the agreement of the tests decides"
 
 
-@pytest.mark.parametrize("hidden", ["highest sigma_n", "time"])
+@pytest.mark.parametrize("hidden", ["highest sigma_n", pytest.param("time", marks=pytest.mark.nightly)])
 def test_a_law_of_the_past_that_no_effect_knows_is_not_named_for_sure(hidden: str) -> None:
     """Work and wear imitate them well, so that a name may come; unseen tests show that its form is not quite right."""
     for seed in range(2):
