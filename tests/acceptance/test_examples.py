@@ -34,7 +34,12 @@ def test_own_model_and_effect(tmp_path: Path) -> None:
 def test_whole_loop_through_python(tmp_path: Path, capsys) -> None:
     example = load("whole_loop")
     settings = [
-        *zip((5.0, 50.0, 500.0) * 2, (20.0, 200.0) * 3, (500.0, 500.0, 2000.0, 2000.0, 500.0, 2000.0), strict=True),
+        *zip(
+            (5.0, 50.0, 500.0) * 2,
+            (20.0, 200.0) * 3,
+            (500.0, 500.0, 2000.0, 2000.0, 500.0, 2000.0),
+            strict=True,
+        ),
         (200.0, 60.0, 1500.0),
     ]
     plan = pd.DataFrame(settings, columns=["v_set", "T_tool", "sigma_set"]).assign(sd_set=12.0, role="train")

@@ -38,7 +38,7 @@ class FixedLaw:
 
 @pytest.fixture(scope="module")
 def worn() -> tuple[pd.DataFrame, pd.DataFrame]:
-    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=10)
+    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=20)
     return points, tests
 
 
