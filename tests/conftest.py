@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 from collections.abc import Iterator
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from fmus.native import compile as compiling
+from tests.builds import KeptBuilds
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
@@ -29,6 +33,29 @@ def one_process() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("friction_models.common.processes.pool.default_jobs", lambda: 1)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def builds_kept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[KeptBuilds]:
+    """Let all processes of the tests compile each C source once."""
+    own = tmp_path_factory.getbasetemp()
+    run = own.parent if os.environ.get("PYTEST_XDIST_WORKER") else own
+    kept = KeptBuilds(compiling.build, run / "kept-builds")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiling, "build", kept)
+        yield kept
+
+
+@pytest.fixture
+def built_anew(builds_kept: KeptBuilds, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a test that judges what is compiled compile it itself."""
+    monkeypatch.setattr(compiling, "build", builds_kept.build)
+
+
+@pytest.fixture
+def uncompiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the compiler out where only the description of an FMU is looked at."""
+    monkeypatch.setattr(compiling, "build", lambda *_: {})
 
 
 def pytest_collection_finish() -> None:

@@ -38,8 +38,7 @@ def response_curves(source: FrictionSource, interface: FrictionInterface) -> str
         lower, upper = box[quantity.name]
         margin = 0.12 * (upper - lower) or max(abs(upper), 1.0) * 0.12
         x = np.linspace(max(lower - margin, quantity.lower), min(upper + margin, quantity.upper), _POINTS)
-        curves = [_curve(source, interface, box, quantity.name, x, share) for share in _SHARES]
-        panels.append((quantity, x, curves))
+        panels.append((quantity, x, _curves(source, interface, box, quantity.name, x)))
     if not all(np.isfinite(y).all() for _, _, curves in panels for y in curves):
         return ""
     low = min(float(y.min()) for _, _, curves in panels for y in curves)
@@ -98,27 +97,32 @@ def short(value: float) -> str:
     return f"{value:.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
-def _curve(
+def _curves(
     source: FrictionSource,
     interface: FrictionInterface,
     box: dict[str, tuple[float, float]],
     name: str,
     x: FloatArray,
-    share: float,
-) -> FloatArray:
-    loads = np.empty((1, len(x), len(LOADS)))
+) -> list[FloatArray]:
+    """Return mu over one load, one curve for each of `_SHARES`; all their points of one speed are worked out together."""
+    loads = np.empty((len(_SHARES), len(x), len(LOADS)))
     for j, q in enumerate(LOADS):
         lower, upper = box[q.name]
         varied = q.name == (_OTHER if name == _FAMILY else _FAMILY)
-        loads[0, :, j] = x if q.name == name else lower + (share if varied else 0.5) * (upper - lower)
+        share = np.array(_SHARES)[:, None] if varied else 0.5
+        loads[:, :, j] = x if q.name == name else lower + share * (upper - lower)
     if not interface.states:
-        return np.asarray(reference_run(source, replace(interface, nodes=len(x)), loads)["mu"][0])
+        points = loads.reshape(1, -1, len(LOADS))
+        mu = reference_run(source, replace(interface, nodes=points.shape[1]), points)["mu"]
+        return [*mu.reshape(len(_SHARES), -1)]
     if name == "sd":
-        along, mu = _sliding(source, interface, loads[0, -1:], box)
-        return np.interp(x, along, mu[:, 0])
-    # Points of one speed get to their ends at the same time; over the speed each has a time of its own.
-    parts = [loads[0, k : k + 1] for k in range(len(x))] if name == "v_rel" else [loads[0]]
-    return np.concatenate([_sliding(source, interface, part, box)[1][-1] for part in parts])
+        along, mu = _sliding(source, interface, loads[:, -1], box)
+        return [np.interp(x, along, values) for values in mu.T]
+    if name == "v_rel":  # points of one speed get to their ends at the same time
+        ends = [_sliding(source, interface, loads[:, k], box)[1][-1] for k in range(len(x))]
+        return [*np.array(ends).T]
+    _, mu = _sliding(source, interface, loads.reshape(-1, len(LOADS)), box)
+    return [*mu[-1].reshape(len(_SHARES), -1)]
 
 
 def _sliding(

@@ -31,7 +31,7 @@ pytestmark = pytest.mark.slow
 Tribofmu = Callable[..., str]
 HIDDEN, SEED = "stribeck", 13
 #: Tests that train, and tests that are held out.
-TRAIN, HELD = 14, 6
+TRAIN, HELD = 14, 3
 SYSTEM = """
 name: short extrusion
 communication_step: 0.04

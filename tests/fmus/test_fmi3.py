@@ -321,6 +321,7 @@ def test_scheduled_execution_and_wrong_tokens_give_no_instance(unpacked: Get) ->
     slave.freeLibrary()
 
 
+@pytest.mark.usefixtures("built_anew")
 def test_same_model_gives_the_same_bytes(linear_onnx: Path, tmp_path: Path) -> None:
     first = pack(linear_onnx, tmp_path / "a.fmu", fmi="3.0")
     second = pack(linear_onnx, tmp_path / "sub" / "b.fmu", fmi="3.0")

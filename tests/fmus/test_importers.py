@@ -21,7 +21,7 @@ from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from friction_models import ConstantFriction
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, LOADS
-from tests.fmus.compiled import compiler
+from tests.fmus.exported import c_compiler
 from tests.fmus.graphs import inside, random_loads, runtime, save
 from tests.fmus.memory_models import AGE_0, D, age_at, ageing_bytes
 
@@ -42,6 +42,7 @@ def parts(path: Path) -> list[etree._Element]:
     return list(read_description(path).find("ModelVariables"))
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_a_size_is_known_before_what_it_sizes(ageing: Path, tmp_path: Path) -> None:
     path = pack(ageing, tmp_path / "arrays.fmu", fmi="3.0", arrays=True)
     known: set[str] = set()
@@ -121,6 +122,7 @@ def test_casadi_takes_all_outputs(linear_onnx: Path, tmp_path: Path, fmi: str) -
 
 @pytest.mark.parametrize("nodes", [1, 3])
 @pytest.mark.parametrize(("target", "fmi"), [("native", "2.0"), ("native", "3.0"), ("python", "2.0")])
+@pytest.mark.usefixtures("uncompiled")
 def test_no_value_reference_stands_twice(
     memory_onnx: Path, tmp_path: Path, target: str, fmi: str, nodes: int
 ) -> None:
@@ -144,9 +146,7 @@ def test_no_value_reference_of_a_solver_stands_twice(tmp_path: Path) -> None:
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_two_models_link_into_one_program(ageing: Path, memory_onnx: Path, tmp_path: Path, fmi: str) -> None:
     """Both are composed models; a program that links both prefixes their functions with modelIdentifier."""
-    command = compiler()
-    if command is None:
-        pytest.skip("no C compiler")
+    command = c_compiler()  # the system's first: Zig makes the C library anew for a program
     major, objects, names = fmi[0], [], []
     for number, model in enumerate((ageing, memory_onnx)):
         path = pack(model, tmp_path / f"{number}.fmu", fmi=fmi)
@@ -204,6 +204,7 @@ def test_options_of_the_kinds_that_lack_them(linear_onnx: Path, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
+@pytest.mark.usefixtures("uncompiled")
 def test_nominal_values_and_default_experiment(ageing: Path, tmp_path: Path, fmi: str) -> None:
     path = pack(ageing, tmp_path / "x.fmu", fmi=fmi, nodes=2)
     nominal = {}
@@ -223,6 +224,7 @@ def test_nominal_values_and_default_experiment(ageing: Path, tmp_path: Path, fmi
     assert float(experiment["stepSize"]) <= D / 500.0
 
 
+@pytest.mark.usefixtures("uncompiled")
 def test_a_fast_memory_gets_a_small_step(tmp_path: Path) -> None:
     from fmus.interface.friction_source import parse_source
     from fmus.interface.time_constants import fastest_time_constant

@@ -207,6 +207,7 @@ def test_model_exchange_has_no_lag_and_memory_is_not_offered(
     assert UnpackedFmu.of(packed(memory_onnx)).raw.modelExchange is None
 
 
+@pytest.mark.usefixtures("built_anew")
 def test_same_model_gives_the_same_bytes(linear_onnx: Path, tmp_path: Path) -> None:
     first = pack(linear_onnx, tmp_path / "a.fmu")
     second = pack(linear_onnx, tmp_path / "sub" / "b.fmu")

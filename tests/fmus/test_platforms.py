@@ -109,6 +109,7 @@ def test_nothing_of_this_machine_is_in_the_libraries(everywhere: tuple[str, Path
             assert not re.search(rb"tribofmu-build|/tmp|/home|/root|\.cache|\.c$|zig", text), (name, text)
 
 
+@pytest.mark.usefixtures("built_anew")
 def test_a_rebuild_gives_the_same_bytes(everywhere: tuple[str, Path], tmp_path: Path) -> None:
     fmi, fmu = everywhere
     again = pack(network(tmp_path), tmp_path / "again.fmu", fmi=fmi, platforms=[*reversed(PLATFORMS)])

@@ -150,6 +150,7 @@ def test_runs_in_a_simulator_without_python(folder: Path, forming: UnpackedFmu, 
             fmu.step(0.02 * k, 0.02)
 
 
+@pytest.mark.usefixtures("built_anew")
 def test_compiles_without_warnings_for_all_systems_and_again_to_the_same_bytes(tmp_path: Path) -> None:
     if find_spec("ziglang") is None:
         pytest.skip("the Zig compiler (extra [cross]) is missing")

@@ -149,6 +149,7 @@ def test_a_file_that_is_no_model_is_not_proposed_as_one(refused: Check, place: P
     assert f"did you mean '{file}'?" in refused("evaluate", near, "--data", place / "data")
 
 
+@pytest.mark.usefixtures("built_anew")
 def test_a_full_folder_of_temporary_files_is_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
