@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from itertools import product
 from pathlib import Path
 from types import ModuleType
 
@@ -34,16 +35,12 @@ def test_own_model_and_effect(tmp_path: Path) -> None:
 def test_whole_loop_through_python(tmp_path: Path, capsys) -> None:
     example = load("whole_loop")
     settings = [
-        *zip(
-            (5.0, 50.0, 500.0) * 2,
-            (20.0, 200.0) * 3,
-            (500.0, 500.0, 2000.0, 2000.0, 500.0, 2000.0),
-            strict=True,
-        ),
+        *product((5.0, 50.0, 500.0), (20.0, 200.0), (500.0, 2000.0)),
+        (20.0, 100.0, 1000.0),
         (200.0, 60.0, 1500.0),
     ]
     plan = pd.DataFrame(settings, columns=["v_set", "T_tool", "sigma_set"]).assign(sd_set=12.0, role="train")
-    plan.loc[6:, "role"] = "test"
+    plan.loc[12:, "role"] = "test"
     before, after = example.main(tmp_path, plan=plan, stroke=1.0)
     said = capsys.readouterr().out
     assert "synthetic" in said.lower() and before.synthetic
