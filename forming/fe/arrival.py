@@ -74,14 +74,20 @@ def cut_at_arrival(
 ) -> float:
     """Return the increment `dt` [s], cut where a surface node arrives at the end of a rounding, or its last way before.
 
+    A last way that ends only just past the end stays whole. The rest of it would be an increment as short as it happens to
+    be, and where the mesh is new, the body springs by some micrometres whatever the time: divided by next to none, that is
+    a velocity with which no further increment converges.
+
     - `velocity`, shape (n, 2) [mm/s]; `last`: length of that last way [mm].
     """
     for tool in tools:
         time, speed = soonest_arrival(
             x, velocity - tool.velocity, chain, tool.segments, tool.offset, ARRIVED * last
         )
-        if time < dt:
-            dt = time if time * speed < LAST * last else time - last / speed
+        if time < dt and time * speed >= LAST * last:
+            dt = time - last / speed
+        elif (dt - time) * speed > ARRIVED * last:
+            dt = time
     return dt
 
 

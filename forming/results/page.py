@@ -17,6 +17,7 @@ from .animation import animation
 from .contact_history import ContactHistory
 from .drawing import FONT, INK, SOFT, number, ticks
 from .ejection_result import EjectionResult
+from .few_points import few_points
 from .local_errors import summary
 from .record import FormingRecord
 
@@ -122,9 +123,10 @@ def _contact(result: FormingRecord) -> str:
             [np.quantile(values[k, contact.active[k]], [0.05, 0.5, 0.95]) for k in steps]
         ).T
         charts.append(chart("stroke [mm]", label, contact.stroke[steps], middle, (low, high)))
+    few = few_points(contact.active)
     return (
         "<h2>Loads in the contact</h2>\n<p>Median (line) and 5 to 95 % range (band) over the markers that touch "
-        f'a tool.</p>\n<div class="charts">{"".join(charts)}</div>{_errors(contact)}'
+        f'a tool.</p>{paragraph(few, "note") if few else ""}\n<div class="charts">{"".join(charts)}</div>{_errors(contact)}'
     )
 
 

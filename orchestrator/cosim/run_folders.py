@@ -188,6 +188,17 @@ class Run(Drawn):
         stroke, force = force_labels(self.values, str(self.folder))
         return ForceCurve(self.values[stroke], self.values[force])
 
+    def few_points(self) -> list[str]:
+        """Return a sentence for each component of whose contact points too few touch for means over them; see `forming`."""
+        from forming.results.few_points import few_points
+
+        contacts = {
+            label.removesuffix(".active"): values[1:] > 0.5
+            for label, values in self.values.items()
+            if label.endswith(".active") and values.ndim == 2
+        }
+        return [f"{name}: {said}" for name, active in contacts.items() if (said := few_points(active))]
+
     def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
         """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
         from ..force_curves.forces import compare_force, read_press_curve

@@ -34,6 +34,41 @@ def test_an_increment_ends_where_a_node_arrives_and_the_one_before_shortly_ahead
     assert cut(0.5 * ARRIVED * LAST) == 0.02
 
 
+def test_no_increment_is_left_over_that_is_as_short_as_it_happens_to_be():
+    assert cut(0.12, dt=0.0121) == 0.0121
+    assert cut(0.12, dt=0.0121 + ARRIVED * LAST / 10.0) == pytest.approx(0.012)
+
+
+def test_a_rod_in_which_a_node_arrives_just_before_the_end_of_a_communication_step():
+    """It left 15 nm to go on a new mesh, and no increment after that converged; truth: no point leaves faster than the rod."""
+    process = ForwardRodExtrusion(
+        exit_diameter=18.036075553377813,
+        half_angle=26.309728638526583,
+        entry_radius=3.989884908395895,
+        edge_radius=1.0524087364421733,
+        land=3.902500910477476,
+        relief=0.9353642568055138,
+        T_billet=115.50863134909808,
+        T_tool=101.45832440811378,
+        speed=5.815342846424628,
+    )
+    process.start(0.06522412825204353)
+    leaves = process.speed * (20.0 / 18.036) ** 2
+    ends, fastest = [0.0], []
+
+    def look(running):
+        markers = running.state.markers
+        ends.append(running.state.stroke)
+        fastest.append(markers.v_rel[markers.active].max(initial=0.0))
+        return False
+
+    while process.stroke < 5.1 and process.advance(0.1, look):
+        pass
+    assert process.message == "" and process.simulation.state.failures == 0
+    assert np.diff(ends).min() > 5e-3
+    assert max(fastest) < 1.1 * leaves
+
+
 def test_nodes_off_the_rounding_do_not_count():
     x, velocity = np.array([[2.9, 0.05], [3.0, -0.05]]), np.array([[0.0, -10.0], [0.0, -10.0]])
     assert cut_at_arrival(x, velocity, np.arange(2), [TOOL], LAST, 0.02) == 0.02

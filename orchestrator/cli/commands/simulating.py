@@ -78,6 +78,8 @@ def simulate(
     )
     if run.message:
         say(run.message)
+    for text in run.few_points():
+        note(text)
     if local_errors and not run.message:
         with keeping(), progress(f"{description.name}, smaller elements") as tick:
             say(state_local_errors(run, master, share(tick, description.steps, "steps")))

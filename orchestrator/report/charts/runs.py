@@ -51,4 +51,9 @@ def run_loads_caption(run: Run) -> str:
     """Return what the lines and bands of `run_loads_chart` are."""
     if all(v.ndim == 1 for label, v in run.values.items() if label.endswith(".sigma_n")):
         return "Loads and coefficient of friction of the contact."
-    return "Median (line) and 5 to 95 % range (band) over the contact points that touch the tool."
+    return " ".join(
+        [
+            "Median (line) and 5 to 95 % range (band) over the contact points that touch the tool.",
+            *run.few_points(),
+        ]
+    )

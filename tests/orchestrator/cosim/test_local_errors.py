@@ -14,6 +14,7 @@ from friction_models.common import InputError
 from orchestrator.cli.app import app
 from orchestrator.cosim.local_errors import FILE
 from orchestrator.cosim.run_folders import Run
+from orchestrator.report.pages.run import run_page
 
 SIZE, N = 0.5, 30
 
@@ -36,7 +37,11 @@ def test_the_errors_are_those_of_two_runs_of_the_process(system, tmp_path):
     )
     assert done.exit_code == 0, done.output
     assert f"elements of {SIZE:g} mm against {FINER * SIZE:.3g} mm" in done.output
+    # After 1 mm few points touch: the table above stands on them alone, and the page says so, too.
     run = Run.load(tmp_path / "run")
+    said = f"forming: Only {run['forming.active'][1:].sum(axis=1).mean():.2g} of {N} points touch a tool"
+    assert said in " ".join(done.output.split())
+    assert said in run_page(run.folder)
     with xarray.open_dataset(run.folder / FILE, engine="netcdf4", decode_times=False) as data:
         stated = np.stack([data[name].values for name in ("v_rel", "T", "sigma_n", "sd", "psi")], axis=2)
     contacts = []
