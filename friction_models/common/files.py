@@ -18,6 +18,7 @@ from pathlib import Path
 from tokenize import TokenError
 from typing import Any
 
+from .byte_order_marks import decoded
 from .earlier import making_way
 from .errors import InputError, shown
 from .folders import FolderKind, check_folder, check_parents
@@ -247,7 +248,7 @@ def read_json(path: Path) -> dict[str, Any]:
     {'mu': 0.1}
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"), parse_int=_integer)
+        content = json.loads(decoded(path.read_bytes()), parse_int=_integer)
     except (ValueError, OSError, RecursionError) as error:
         raise InputError(f"{path}: not readable JSON ({error})") from None
     if not isinstance(content, dict):
