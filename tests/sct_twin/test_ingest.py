@@ -107,7 +107,11 @@ def test_a_copy_of_a_record_is_named(tmp_path: Path, record_maker: Maker) -> Non
     write_plain(tmp_path / "b.csv", record_maker(noise=2.0).to_frame(), UNITS)
     (tmp_path / "c.csv").write_bytes((tmp_path / "a.csv").read_bytes())
     found = survey(tmp_path)
-    assert [row["notes"] for row in found.rows] == ["", "", "holds the same numbers as test 'a': is it a copy?"]
+    assert [row["notes"] for row in found.rows] == [
+        "",
+        "",
+        "holds the same numbers as test 'a': is it a copy?",
+    ]
 
 
 def test_speed_against_the_test_table(record_maker: Maker) -> None:
