@@ -141,7 +141,7 @@ def about_copies(frame: pd.DataFrame, where: str) -> list[str]:
     --------
     >>> one = pd.DataFrame({"test_id": "a", "sd": range(6), "mu": [0.08, 0.09, 0.07, 0.08, 0.06, 0.07]})
     >>> about_copies(pd.concat([one, one.assign(test_id="b")]), "points.csv")
-    ["points.csv: tests 'a' and 'b' hold the same numbers; leave out what is a copy: it counts as a test of its own"]
+    ["points.csv: tests 'a' and 'b' hold the same numbers: are they copies?"]
     """
     numbers = frame[[*measured_loads(frame.columns, where), "mu"]].to_numpy(np.float64)
     known: dict[bytes, list[str]] = {}
@@ -153,9 +153,7 @@ def about_copies(frame: pd.DataFrame, where: str) -> list[str]:
         return []
     more = f", and {len(same) - 3} more sets" if len(same) > 3 else ""
     shown = "; ".join(f"tests {names}" for names in same[:3]) + more
-    return [
-        f"{where}: {shown} hold the same numbers; leave out what is a copy: it counts as a test of its own"
-    ]
+    return [f"{where}: {shown} hold the same numbers: are they copies?"]
 
 
 def about_negative(mu: npt.NDArray[np.float64], where: str) -> list[str]:
