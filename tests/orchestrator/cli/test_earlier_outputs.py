@@ -15,6 +15,11 @@ from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.tiny_fmus import write_system
 
 
+@pytest.fixture(autouse=True)
+def as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(KEEP, raising=False)
+
+
 @pytest.fixture
 def place(tmp_path: Path, tiny: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> Path:
     """A user's folder, the current one."""
