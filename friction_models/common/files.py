@@ -18,6 +18,8 @@ from pathlib import Path
 from tokenize import TokenError
 from typing import Any
 
+from .byte_order_marks import decoded
+from .earlier import making_way
 from .errors import InputError, shown
 from .folders import FolderKind, check_folder, check_parents
 from .wording import kind_of
@@ -68,7 +70,8 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
         try:
             yield temporary
             temporary.chmod(0o644)
-            temporary.replace(final)
+            with making_way(final, temporary):
+                temporary.replace(final)
         finally:
             temporary.unlink(missing_ok=True)
 
@@ -98,7 +101,8 @@ def atomic_folder(target: str | os.PathLike[str], kind: FolderKind) -> Iterator[
             yield temporary
             temporary.chmod(0o755)
             check_folder(target, kind)  # again: much may have happened meanwhile
-            _put_in_place(temporary, final)
+            with making_way(final, temporary, kind):
+                _put_in_place(temporary, final)
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
 
@@ -156,6 +160,8 @@ def check_file(target: str | os.PathLike[str]) -> Path:
     try:
         if final.is_dir():
             raise InputError(f"{final}: is a folder; allowed: a file")
+        if final.exists() and not final.is_file():  # a device, a pipe: renamed onto it, a file would end it
+            raise InputError(f"{final}: is no plain file; allowed: a file")
         if not final.is_file():
             check_parents(final)
     except OSError as error:
@@ -242,7 +248,7 @@ def read_json(path: Path) -> dict[str, Any]:
     {'mu': 0.1}
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"), parse_int=_integer)
+        content = json.loads(decoded(path.read_bytes()), parse_int=_integer)
     except (ValueError, OSError, RecursionError) as error:
         raise InputError(f"{path}: not readable JSON ({error})") from None
     if not isinstance(content, dict):

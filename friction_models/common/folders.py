@@ -1,6 +1,6 @@
 """The kinds of folders that are written here: what is in each, and which folder may be written to.
 
-A command replaces what a command of the same kind made, and nothing else.
+A command replaces what a command of the same kind made, and nothing else; `earlier` keeps what would be lost.
 """
 
 from __future__ import annotations
@@ -52,6 +52,9 @@ class FolderKind:
     listed: Callable[[Path], Lists] = _nothing_more
     #: A file of JSON among the marks, and a key that it holds when it was written here.
     says: tuple[str, str] | None = None
+    #: Files that say when it was made, and the keys of their JSON that do; they differ where nothing else does.
+    dated: tuple[str, ...] = ()
+    times: tuple[str, ...] = ()
 
     def foreign(self, folder: Path) -> str:
         """Return why the folder is none of this kind, as a part of a sentence; empty when it is one, or is empty."""
@@ -61,7 +64,7 @@ class FolderKind:
             return ""
         if lacking:
             return f"holds other files and no {lacking[0]}"
-        if self.says is not None and self.says[1] not in _object(folder / self.says[0]):
+        if self.says is not None and self.says[1] not in json_object(folder / self.says[0]):
             return f"holds {self.says[0]!r}, which was not written here"
         more = self._more(folder)
         return f"holds {more!r}, too, which is no part of {self.what}" if more else ""
@@ -124,7 +127,7 @@ class GrowingKind:
         return "" if known else f"holds other files and nothing of {self.what}"
 
 
-def _object(file: Path) -> dict[str, object]:
+def json_object(file: Path) -> dict[str, object]:
     """Return a JSON object, empty where there is none."""
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
@@ -143,7 +146,7 @@ def _column(file: Path, name: str) -> set[str]:
 
 
 def _of_run(folder: Path) -> Lists:
-    parts = _object(folder / "manifest.json").get("components")
+    parts = json_object(folder / "manifest.json").get("components")
     names = (
         {p.get("fmu") for p in parts.values() if isinstance(p, dict)} if isinstance(parts, dict) else set()
     )
@@ -162,7 +165,7 @@ def _of_campaign(folder: Path) -> Lists:
 
 
 def _of_export(folder: Path) -> Lists:
-    files = _object(folder / "export.json").get("files")
+    files = json_object(folder / "export.json").get("files")
     return (
         {str(name) for name in files}.__contains__
         if isinstance(files, list | dict)
@@ -179,9 +182,11 @@ _FIELDS_BELOW = tuple(f"fields/*{name.lstrip('*')}" for name in _FIELDS)
 RUN = FolderKind(
     "a run",
     ("manifest.json", "results.nc"),
-    ("results.csv", "system.yaml", "log.txt", "report.html", *_FIELDS_BELOW),
+    ("results.csv", "local_errors.nc", "system.yaml", "log.txt", "report.html", *_FIELDS_BELOW),
     _of_run,
     ("manifest.json", "components"),
+    dated=("manifest.json", "log.txt"),
+    times=("written", "timing_s"),
 )
 MODEL = FolderKind(
     "a model", ("card.json", "model.onnx"), ("card.md", "parameters.npz"), says=("card.json", "format")

@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+from .byte_order_marks import decoded
 from .errors import InputError
 
 #: Deepest nesting of a file.
@@ -17,7 +18,7 @@ MAX_DEPTH = 8
 def read_yaml(file: Path) -> Any:
     """Return what a YAML file holds, which the caller found to be there and small enough.
 
-    Raises InputError: not UTF-8, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias
+    Raises InputError: neither UTF-8 nor UTF-16 or UTF-32 with a mark, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias
     (aliases may grow without bound), or a number that no float holds.
 
     Examples
@@ -30,7 +31,7 @@ def read_yaml(file: Path) -> Any:
     {'stop_time': 0.5, 'components': {'friction': {'fmu': 'friction.fmu'}}}
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        text = decoded(file.read_bytes())
         _check_events(text, str(file))
         loader = yaml.SafeLoader(text)
         node = loader.get_single_node()

@@ -292,7 +292,8 @@ class ComposedFriction(FrictionModel):
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
         self.base_ = type(self.base).from_parts(values["base"], inner)
         self.shapes_ = [
-            _checked(e, s, [p.name for p in e.shapes]) for e, s in zip(self.effects_, values["shapes"])
+            _checked(e, _without_level(e, s), [p.name for p in e.shapes])
+            for e, s in zip(self.effects_, values["shapes"])
         ]
         self.amplitudes_ = [
             _checked(e, a, [p.name for p in e.amplitudes])
@@ -394,6 +395,12 @@ def _are_measures(values: Any) -> bool:
     return isinstance(values, dict) and all(
         isinstance(values.get(n), int | float) and math.isfinite(values[n]) for n in ("rmse", "mae")
     )
+
+
+def _without_level(effect: Effect, values: JsonObject) -> JsonObject:
+    """Return shape parameters without the level that earlier versions saved for columns of numbers, too."""
+    known = {s.name for s in effect.shapes}
+    return {k: v for k, v in values.items() if k in known or k != "deviating"}
 
 
 def _checked(effect: Effect, values: JsonObject, names: list[str]) -> dict[str, float]:

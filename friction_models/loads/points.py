@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,8 @@ from .tribo_loads import check_column
 MOST_LACKING = 0.1
 #: From this share of negative values on, the sign of mu is wrong and not the zero of the force cell.
 MOST_NEGATIVE = 0.5
+#: With fewer points two tests may hold the same rounded numbers by chance.
+FEW_POINTS = 6
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,8 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
             f"taken as one, {how}"
         )
         frame, kept = frame.iloc[order], kept[order]
+    if need_mu:
+        notes += about_copies(frame, where)
     front = [c for c in POINT_COLUMNS if c in frame.columns]
     frame = frame[front + [c for c in frame.columns if c not in front]].reset_index(drop=True)
     return Points(frame, kept, tuple(notes))
@@ -125,6 +130,30 @@ def _with_numbers(
         why = "not a number: " + ", ".join(f"{name} in {count}" for name, count in counts.items())
     first = f"first: row {int(np.argmax(bad))}"
     return np.flatnonzero(~bad), [f"{where}: {int(bad.sum())} of {len(bad)} points left out: {why} ({first})"]
+
+
+def about_copies(frame: pd.DataFrame, where: str) -> list[str]:
+    """Return what to say of tests that hold the same loads and the same friction, point by point.
+
+    Of a few points, and of friction that never changes, the same numbers say little: they are passed over.
+
+    Examples
+    --------
+    >>> one = pd.DataFrame({"test_id": "a", "sd": range(6), "mu": [0.08, 0.09, 0.07, 0.08, 0.06, 0.07]})
+    >>> about_copies(pd.concat([one, one.assign(test_id="b")]), "points.csv")
+    ["points.csv: tests 'a' and 'b' hold the same numbers: are they copies?"]
+    """
+    numbers = frame[[*measured_loads(frame.columns, where), "mu"]].to_numpy(np.float64)
+    known: dict[bytes, list[str]] = {}
+    for test, rows in frame.groupby("test_id", sort=False).indices.items():
+        if len(rows) >= FEW_POINTS and np.ptp(numbers[rows, -1]) > 0.0:
+            known.setdefault(sha256(numbers[rows].tobytes()).digest(), []).append(str(test))
+    same = [" and ".join(map(repr, tests)) for tests in known.values() if len(tests) > 1]
+    if not same:
+        return []
+    more = f", and {len(same) - 3} more sets" if len(same) > 3 else ""
+    shown = "; ".join(f"tests {names}" for names in same[:3]) + more
+    return [f"{where}: {shown} hold the same numbers: are they copies?"]
 
 
 def about_negative(mu: npt.NDArray[np.float64], where: str) -> list[str]:

@@ -15,6 +15,7 @@ from typing import BinaryIO
 import numpy as np
 import pandas as pd
 
+from ..common.byte_order_marks import marked_encoding
 from ..common.errors import InputError, shown
 from ..common.files import atomic_path
 from ..common.imports.extras import need
@@ -307,10 +308,10 @@ def encoding_of(file: Path) -> str:
     """
     decoder = codecs.getincrementaldecoder("utf-8")()
     with file.open("rb") as stream:
-        if stream.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-            return "utf-16"
+        encoding = marked_encoding(stream.read(4))
+        if encoding != "utf-8-sig":
+            return encoding
         stream.seek(0)
-        encoding = "utf-8-sig"
         for block in _blocks(stream):
             if b"\0" in block:
                 raise ValueError("binary content; allowed: text")

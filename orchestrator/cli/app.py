@@ -53,6 +53,9 @@ def _start(
     """Friction models from tribometer measurements, as FMUs, in co-simulated cold forging.
 
     The loop: lab or ingest, twin, train, evaluate, pack, simulate, compare, diagnose, refine - and again.
+
+    An output that is there already makes way: if anything of it would be lost it is kept as NAME.1, NAME.2 and so on
+    (not with TRIBOFMU_KEEP_EARLIER=no in the environment).
     """
 
 

@@ -79,7 +79,7 @@ class ForcesComparison:
             "synthetic": self.synthetic,
             "models": [r.to_dict() for r in self.results],
             "ranking": self.orders["max_force"].names,
-            "orders": {quantity: order.to_dict() for quantity, order in self.orders.items()},
+            "orders": {quantity: order.to_dict("levels") for quantity, order in self.orders.items()},
             "levels": list(self.names),
             "lubricants": list(self.lubricants),
             "remarks": self.remarks(),

@@ -143,18 +143,26 @@ class Order:
             words = f"{self.units} {unit}" if self.units != 1 else f"1 {unit.removesuffix('s')}"
             lines.append(f"cannot be told apart on {words}: {shown}")
         if not self.judged:
-            lines.append(f"at least {FEWEST_UNITS} {unit} are needed to tell models apart")
+            lines.append(self._too_few(unit))
         return lines
 
-    def to_dict(self) -> dict[str, object]:
-        """Return JSON-able data."""
+    def _too_few(self, unit: str) -> str:
+        return f"at least {FEWEST_UNITS} {unit} are needed to tell models apart"
+
+    def to_dict(self, unit: str = "tests") -> dict[str, object]:
+        """Return JSON-able data; where the order is not known its numbers are None, and ``reason`` says why."""
         return {
             "units": self.units,
-            "best": self.best,
-            "ranks": {n: list(r) for n, r in self.ranks.items()},
-            "pairs": self.pairs,
+            "best": {n: self.best[n] if self.judged else None for n in self.names},
+            "ranks": {n: self.rank(n) for n in self.names},
+            "pairs": [p if self.judged else {**p, "interval": None, "probability": None} for p in self.pairs],
             "indistinct": [list(p) for p in self.indistinct],
+            "reason": None if self.judged else self._too_few(unit),
         }
+
+    def rank(self, name: str) -> list[int] | None:
+        """Return the 95 % interval of the place of a model; None where it is not known."""
+        return list(self.ranks[name]) if self.judged or len(self.names) == 1 else None
 
 
 @dataclass(frozen=True)
@@ -194,8 +202,8 @@ class TestsComparison:
         content = self.result.to_dict()
         for name, entry in content["models"].items():
             entry["outside_domain"] = self.outside[name]
-            entry["probability_best"] = self.order.best[name]
-            entry["rank_interval"] = list(self.order.ranks[name])
+            entry["probability_best"] = self.order.best[name] if self.order.judged else None
+            entry["rank_interval"] = self.order.rank(name)
         return content | {"order": self.order.to_dict(), "remarks": self.remarks()}
 
     def points(self) -> pd.DataFrame:

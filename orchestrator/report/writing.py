@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
+import io
 import os
 import re
 import shutil
 import subprocess
 import tempfile
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,9 @@ from friction_models.common.imports.extras import need
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "microsoft-edge", "msedge")
 #: Longest time to print a page [s].
 PATIENCE = 120.0
+#: When a file was made, as browsers and openpyxl write it.
+_PDF_DATES = re.compile(rb"/(?:Creation|Mod)Date \(D:[^()]*\)")
+_BOOK_DATES = re.compile(rb"<dcterms:(created|modified)\b.*?</dcterms:\1>")
 #: Longest name of a sheet, and what none may hold.
 SHEET, NOT_IN_SHEETS = 31, re.compile(r"[\[\]:*?/\\]")
 
@@ -88,7 +93,8 @@ def _pdf(path: Path, html: str) -> Path:
                 f"{path}: the browser {command[0]} does not print it ({type(error).__name__}); allowed: .html"
             ) from None
     with atomic_path(path) as temporary:
-        temporary.write_bytes(content)
+        # The same page gives the same bytes; as many blanks keep the offsets of the file right.
+        temporary.write_bytes(_PDF_DATES.sub(lambda date: b" " * len(date[0]), content))
     return path
 
 
@@ -114,9 +120,14 @@ def _workbook(path: Path, html: str) -> Path:
         sheet.freeze_panes = "A2"
     if not book.worksheets:
         raise InputError(f"{path}: the page holds no table; allowed: .html, .pdf")
-    with atomic_path(path) as temporary:
-        book.save(temporary)
-    return path
+    from fmus.archive.content import write_archive
+
+    written = io.BytesIO()
+    book.save(written)
+    with zipfile.ZipFile(written) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    files["docProps/core.xml"] = _BOOK_DATES.sub(b"", files["docProps/core.xml"])
+    return write_archive(path, files)
 
 
 def _sheet_name(heading: str, taken: set[str]) -> str:

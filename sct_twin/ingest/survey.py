@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -125,6 +126,7 @@ def survey(
     result.count = len(work)
     names = NameTemplate.load(test_id, "--test-id") or mapping.names
     known: dict[str, Path] = {}
+    seen: dict[bytes, str] = {}
     tried: set[str] = set()
     listed = [] if table is None else list(table["test_id"])
     for number, (name, before, file) in enumerate(work):
@@ -139,6 +141,8 @@ def survey(
             record, notes = _record(result, mapping, before, file, test, table)
             if table is not None and test not in listed:
                 notes.append(_not_listed(test, listed))
+            if (same := seen.setdefault(_numbers(record), test)) != test:
+                notes.append(f"holds the same numbers as test {same!r}: is it a copy?")
             row = {**quality_row(record, record.number("moving_mass", mass)), "notes": "; ".join(notes)}
             if take is not None:
                 take(record)
@@ -179,6 +183,14 @@ def _info(home: Path | None, table: pd.DataFrame | None, mapping: ChannelMap) ->
     if mapping.moving_mass is not None:
         info["moving_mass_kg"] = mapping.moving_mass
     return info
+
+
+def _numbers(record: SctRecord) -> bytes:
+    """Return what two records share when all their channels hold the same numbers."""
+    total = sha256()
+    for name in record.channels:
+        total.update(name.encode() + np.ascontiguousarray(getattr(record, name)).tobytes())
+    return total.digest()
 
 
 def _not_listed(test: str, listed: Sequence[str]) -> str:

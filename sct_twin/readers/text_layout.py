@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from friction_models.common import InputError
+from friction_models.common.byte_order_marks import marked_encoding
 
 from .header import find_header, named_columns
 from .numerals import decimal_mark, is_missing, is_numeral
@@ -111,12 +112,15 @@ def _worth(row: list[str]) -> int:
 
 
 def decode(raw: bytes, file: Path) -> tuple[str, str]:
-    """Return the text and its encoding: UTF-8, UTF-16 with a byte order mark, or Windows-1252.
+    """Return the text and its encoding: UTF-8, UTF-16 or UTF-32 with a byte order mark, or Windows-1252.
 
     Raises InputError: binary content.
     """
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw[: len(raw) // 2 * 2].decode("utf-16", "replace"), "utf-16"
+    marked = marked_encoding(raw)
+    if marked != "utf-8-sig":
+        return raw[: len(raw) // 4 * 4 if marked == "utf-32" else len(raw) // 2 * 2].decode(
+            marked, "replace"
+        ), marked
     if b"\0" in raw or raw[:2] in (b"PK", b"\x80\x04", b"\x80\x05", b"\x1f\x8b"):
         raise _binary(file)
     try:

@@ -136,3 +136,27 @@ def test_calculix_has_the_ratio_of_forces_that_was_exported(tmp_path: Path) -> N
     assert normal > 100.0
     assert -tangential / normal == pytest.approx(mu, rel=1e-4)
     assert slope > 0.0
+
+
+def test_fitted_hosts_take_the_values_of_system_variables(tmp_path: Path) -> None:
+    source = made("linear + tool_roughness").source
+    [ra] = source.system
+    assert ra.upper is not None
+    for value in (ra.start, ra.upper):
+        given = {} if value == ra.start else {"system": {ra.name: value}}
+        points, mu = domain_points(source, {ra.name: value})
+        folder = export(source, tmp_path / f"radioss {value}", "radioss", **given)
+        stated = json.loads((folder / "fit.json").read_text())["remaining"]["largest deviation"]
+        assert np.abs(by_radioss(folder, points[:, 0], points[:, 2]) - mu).max() == pytest.approx(
+            stated, rel=1e-6
+        )
+        assert f"{ra.name} is held at {value:.4g}" in (folder / "README.txt").read_text()
+        folder = export(source, tmp_path / f"ccx {value}", "calculix", **given)
+        assert data_lines(folder, "*FRICTION")[0, 0] == pytest.approx(0.5 * (mu.min() + mu.max()), rel=1e-8)
+        assert f"{ra.name} is held at {value:.4g}" in (folder / "README.txt").read_text()
+        at = dict(zip(("v_rel", "T", "sigma_n", "sd", "psi"), points[0].tolist()))
+        there = export(source, tmp_path / f"there {value}", "calculix", fixed=at, **given)
+        assert data_lines(there, "*FRICTION")[0, 0] == pytest.approx(mu[0], rel=1e-8)
+    for target in ("radioss", "calculix"):
+        with pytest.raises(InputError, match="Rb"):
+            export(source, tmp_path / "x", target, system={"Rb": 1.0})

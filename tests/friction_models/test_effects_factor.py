@@ -216,3 +216,25 @@ def test_names_and_errors() -> None:
     for name in ("factor:", "factor:v_rel"):
         with pytest.raises(InputError, match="allowed is factor:COLUMN"):
             make_effect(name)
+
+
+def test_the_formula_of_numbers_is_a_line_and_earlier_files_are_read(tmp_path: Path) -> None:
+    data, tests = damp_days(0)
+    model = (LinearFriction() + "factor:humidity" + "factor:operator").fit_frame(data, tests)
+    assert isinstance(model, ComposedFriction)
+    said = model.formula_text()
+    assert "; mu += c * (humidity - centre)/scale [c = " in said and "deviating" not in said
+    assert list(model.shapes_[0]) == ["centre", "scale"]
+    model.save(tmp_path / "model")
+    # Files of earlier versions hold a level for columns of numbers, too; it had no meaning.
+    file = tmp_path / "model" / "card.json"
+    text = file.read_text()
+    parameters = [p for p in (tmp_path / "model").iterdir() if '"centre"' in p.read_text(errors="replace")]
+    assert parameters == [file]
+    file.write_text(text.replace('"centre"', '"deviating": 0.0, "centre"', 1))
+    again = load_model(tmp_path / "model")
+    assert again.formula_text() == said
+    np.testing.assert_array_equal(again.predict_frame(data, tests), model.predict_frame(data, tests))
+    file.write_text(text.replace('"centre"', '"center"', 1))
+    with pytest.raises(InputError, match="center"):
+        load_model(tmp_path / "model")

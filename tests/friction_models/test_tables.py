@@ -14,6 +14,7 @@ from friction_models.common.files import read_json
 from friction_models.common.units import UNITS, conversion, units_like
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import LOAD_NAMES, LOADS, DataSet
+from friction_models.loads.points import check_points
 from friction_models.loads.table import read_table
 
 #: One point by hand, in the contract's units and as other laboratories would write it.
@@ -49,6 +50,9 @@ SAME = {
     "blank rows": PLAIN.replace("\na", "\n,,,,,,,\na") + ",,,,,,,\n\n",
     "a byte order mark": b"\xef\xbb\xbf" + PLAIN.encode(),
     "UTF-16": PLAIN.encode("utf-16"),
+    "UTF-16, the other order": b"\xfe\xff" + PLAIN.encode("utf-16-be"),
+    "UTF-32": PLAIN.encode("utf-32"),
+    "UTF-32, the other order": b"\0\0\xfe\xff" + PLAIN.encode("utf-32-be"),
     "carriage returns": PLAIN.replace("\n", "\r\n"),
     "quotes": '"' + PLAIN.strip().replace(",", '","').replace("\n", '"\n"') + '"\n',
 }
@@ -77,6 +81,25 @@ def test_windows_text_and_marks_in_yaml_and_json(tmp_path: Path) -> None:
     assert read_json(tmp_path / "a.json") == {"synthetic": True}
     (tmp_path / "a.yaml").write_bytes(b"\xef\xbb\xbfsynthetic: true\n")
     assert read_yaml(tmp_path / "a.yaml") == {"synthetic": True}
+    for encoding in ("utf-16", "utf-32"):
+        (tmp_path / "a.yaml").write_bytes("lubricant: Öl\n".encode(encoding))
+        assert read_yaml(tmp_path / "a.yaml") == {"lubricant": "Öl"}
+        (tmp_path / "a.json").write_bytes('{"lubricant": "Öl"}'.encode(encoding))
+        assert read_json(tmp_path / "a.json") == {"lubricant": "Öl"}
+
+
+def test_a_copy_of_a_test_is_named(tmp_path: Path) -> None:
+    one = pd.DataFrame({"sd": np.arange(8.0), "mu": 0.08 + 0.01 * np.sin(np.arange(8.0))})
+    tests = {"a": one, "b": one.assign(mu=one["mu"] + 1e-9), "c": one.iloc[::-1], "d": one}
+    frame = pd.concat([t.assign(test_id=name, t=t["sd"]) for name, t in tests.items()])
+    said = "tests 'a' and 'c' and 'd' hold the same numbers"
+    assert [note for note in check_points(frame).notes if said in note]
+    # Two points, friction that stays, or other loads: no copy is claimed.
+    short = pd.concat([one.head(5).assign(test_id=name) for name in "ab"])
+    still = pd.concat([one.assign(test_id=name, mu=0.08) for name in "ab"])
+    other = pd.concat([one.assign(test_id=name, v_rel=speed) for name, speed in (("a", 5.0), ("b", 50.0))])
+    for frame in (short, still, other):
+        assert check_points(frame).notes == ()
 
 
 def test_a_key_that_stands_twice_is_not_read_by_its_last_value(tmp_path: Path) -> None:

@@ -227,7 +227,7 @@ def _touched(
     wrong += [
         f"written outside the output: {p}"
         for p in new
-        if not inside(p) and not (ended.code == 0 and p in parents)
+        if not inside(p) and not (ended.code == 0 and (p in parents or _kept(p, own)))
     ]
     if was_folder and not (ended.code == 0 and own == OWN.get(attack.command)):
         wrong += [f"removed in a folder of somebody else: {p}" for p in gone if inside(p)]
@@ -247,6 +247,11 @@ def _touched(
         if attack.command not in PARTIAL or all(after[p] == "folder" for p in left):
             wrong += [f"left behind by a command that failed: {p}" for p in left]
     return wrong[:6]
+
+
+def _kept(path: str, own: str | None) -> bool:
+    """Return whether it is what stood in the place of the output, put beside it."""
+    return own is not None and re.fullmatch(re.escape(own) + r"\.\d+(/.*)?", path) is not None
 
 
 def _parents(path: str) -> list[str]:

@@ -20,6 +20,7 @@ from .forming import INCREMENTS, MARKERS, compare_forming
 from .machines import MACHINES
 from .masters import compare_masters
 from .programs import PROGRAMS
+from .rows_before import of_case, of_machine, rows_before
 from .running import missing, version
 from .subjects import POINTS, STEP, STEPS, Subjects
 
@@ -52,6 +53,7 @@ def main() -> None:
     chosen = parser.parse_args()
     rows = []
     absent: set[str] = set()
+    before = rows_before(chosen.out)
     with tempfile.TemporaryDirectory(prefix="tribofmu-") as place:
         folder = Path(place)
         (folder / "subjects").mkdir()
@@ -59,13 +61,19 @@ def main() -> None:
         for k, case in enumerate(CASES):
             if case.version is None:
                 absent.update(missing(name) for name in case.needs if version(name) is None)
+                known = of_case(before, case)
+                rows += [known] if known is not None else []
                 continue
             print(case.label, flush=True)
             rows.append(row(case, case.run(case, subjects, folder / f"case-{k}")))
         machines = []
         for machine in MACHINES:
             print(machine.label, flush=True)
-            machines.append(machine.row(subjects, folder / machine.name))
+            found = machine.row(subjects, folder / machine.name)
+            known = of_machine(before, found) if found[3].startswith("not run") else None
+            if known is not None:
+                absent.add(f"{found[0]} ({found[3].removeprefix('not run: ')})")
+            machines.append(known or found)
         masters = compare_masters(subjects, folder / "masters")
         masters += compare_forming(subjects, folder / "forming")
     lines = [
@@ -82,8 +90,8 @@ def main() -> None:
         "printed with six decimals, so that the FMU behind friction gives mu times 1e9.",
         "",
         "The distributions come with the extra `[interop]`. fmusim and OMSimulator are not among them: the runs look for them on PATH, or "
-        f"where the variables {' and '.join(f'`{p.variable}`' for p in PROGRAMS.values())} say, and are left out, and named below, where they "
-        "are missing or have another version. "
+        f"where the variables {' and '.join(f'`{p.variable}`' for p in PROGRAMS.values())} say. Where they "
+        "are missing or have another version, the rows of the page before stay, and a line below names them. "
         + " ".join(f"{p.name} {p.wanted}: {p.source}." for p in PROGRAMS.values()),
         "",
         f"Run on: {platform.system()} {platform.machine()}, Python {platform.python_version()}.",
@@ -112,7 +120,10 @@ def main() -> None:
         "",
     ]
     if absent:
-        lines += [f"Not here, so not run: {'; '.join(sorted(absent))}.", ""]
+        lines += [
+            f"Not here, so not run: {'; '.join(sorted(absent))}. Their rows, where there are any, are those of the page before.",
+            "",
+        ]
     write_text(chosen.out, "\n".join(lines))
     print("\n".join(lines))
 

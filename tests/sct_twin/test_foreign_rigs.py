@@ -228,7 +228,7 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16", "utf-32"])
 @pytest.mark.parametrize("kind", TABLES)
 def test_test_tables_in_every_spelling(tmp_path: Path, kind: str, encoding: str) -> None:
     path = tmp_path / "tests.csv"

@@ -20,6 +20,7 @@ from sct_twin.ingest.campaign_files import ingest
 from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.ingest.preview import preview
 from sct_twin.ingest.quality import quality_row, repeats, warnings
+from sct_twin.ingest.survey import survey
 from sct_twin.readers import guarded
 from sct_twin.records.channels import CHANNELS
 from sct_twin.records.units import channel_conversion
@@ -99,6 +100,18 @@ def test_one_bad_file_does_not_stop_the_others(tmp_path: Path, record_maker: Mak
     assert len(RawCampaign.load(tmp_path / "out")) == 1
     # The same reason with other numbers stands once, with all its files.
     assert all(Path(file).name in str(report) for file in report.left_out["file"])
+
+
+def test_a_copy_of_a_record_is_named(tmp_path: Path, record_maker: Maker) -> None:
+    write_plain(tmp_path / "a.csv", record_maker(noise=1.0).to_frame(), UNITS)
+    write_plain(tmp_path / "b.csv", record_maker(noise=2.0).to_frame(), UNITS)
+    (tmp_path / "c.csv").write_bytes((tmp_path / "a.csv").read_bytes())
+    found = survey(tmp_path)
+    assert [row["notes"] for row in found.rows] == [
+        "",
+        "",
+        "holds the same numbers as test 'a': is it a copy?",
+    ]
 
 
 def test_speed_against_the_test_table(record_maker: Maker) -> None:

@@ -49,6 +49,7 @@ DIALECTS: dict[str, tuple[list[str], str, tuple[str, ...]]] = {
     ),
     "padded preamble with a byte order mark": ([*PADDED, *HEAD, *lines()], "utf-8-sig", NAMES),
     "padded preamble in UTF-16": ([*PADDED, *HEAD, *lines()], "utf-16", NAMES),
+    "padded preamble in UTF-32": ([*PADDED, *HEAD, *lines()], "utf-32", NAMES),
     "key and value above a wider table": (
         [
             "Rig\tT3",

@@ -10,6 +10,7 @@ import numpy as np
 from friction_models.loads import LOAD_NAMES, QUANTITIES, FloatArray
 
 from ...interface.friction_source import FrictionSource
+from .. import options
 from ..common import Reference, one_line, test_box
 
 POINTS = 10_000
@@ -69,6 +70,24 @@ def with_unit(name: str, value: float) -> str:
     """
     unit = QUANTITIES[name].unit
     return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+
+
+def system_values(source: FrictionSource, given: object = None) -> dict[str, float]:
+    """Return the values of all system variables: the given ones, the start values of the others.
+
+    Raises InputError: no mapping, a name that is no system variable, no number.
+
+    Examples
+    --------
+    >>> from fmus.source.reading import read_source
+    >>> from friction_models import ConstantFriction
+    >>> system_values(read_source(ConstantFriction(mu=0.1)))
+    {}
+    """
+    values = {p.name: p.start for p in source.system}
+    for name, value in options.mapping("system", given, values).items():
+        values[name] = options.number(f"system variable {name}", value, -1e300, 1e300)
+    return values
 
 
 def held_system(source: FrictionSource, values: Mapping[str, float] | None = None) -> list[str]:

@@ -21,11 +21,11 @@ from ...interface.friction_source import FrictionSource
 from .. import options
 from ..common import Files, Reference, c_prefix, description, documents, template, test_box
 from ..host_units import HostUnits, host_units
-from .deviation import Deviation, deviation, domain_points, held_system, with_unit
+from .deviation import Deviation, deviation, domain_points, held_system, system_values, with_unit
 
 OPTIONS = {
-    "radioss": ("name", "units", "fixed"),
-    "calculix": ("name", "units", "fixed", "slip"),
+    "radioss": ("name", "units", "fixed", "system"),
+    "calculix": ("name", "units", "fixed", "system", "slip"),
 }
 #: Points of pressure and speed at which a formula is fitted.
 _GRID = 41
@@ -107,7 +107,9 @@ def _held(source: FrictionSource, given: object) -> dict[str, float]:
     return held
 
 
-def _slice(source: FrictionSource, held: Mapping[str, float]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _slice(
+    source: FrictionSource, held: Mapping[str, float], system: Mapping[str, float]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return speeds, pressures and mu of the model on a grid of both, the other loads held."""
     lower, upper = test_box(source)
     v, p = (a.ravel() for a in np.meshgrid(*(np.linspace(lower[k], upper[k], _GRID) for k in (0, 2))))
@@ -115,13 +117,12 @@ def _slice(source: FrictionSource, held: Mapping[str, float]) -> tuple[FloatArra
     loads[:, 0], loads[:, 2] = v, p
     for name, value in held.items():
         loads[:, LOAD_NAMES.index(name)] = value
-    return v, p, Reference(source).mu(loads)
+    return v, p, Reference(source).mu(loads, system=list(system.values()) or None)
 
 
 def _texts(
-    source: FrictionSource, prefix: str, host: HostUnits, held: Mapping[str, float], found: Deviation
+    source: FrictionSource, prefix: str, host: HostUnits, rows: list[str], found: Deviation
 ) -> dict[str, str]:
-    rows = [*(f"{n} is held at {with_unit(n, x)}" for n, x in held.items()), *held_system(source)]
     return description(source) | {
         "P": prefix,
         "UNITS": host.text(),
@@ -139,8 +140,16 @@ def radioss_files(
     name: str | None = None,
     units: object = "tonne-mm-s",
     fixed: object = None,
+    system: object = None,
 ) -> Files:
     """Return the files of an OpenRadioss export: the better of both formulas, fitted over speed and pressure.
+
+    Parameters
+    ----------
+    fixed : mapping, optional
+        Where the loads that the formulas do not know are held; at their start values by default.
+    system : mapping, optional
+        Values of system variables; their start values by default.
 
     Examples
     --------
@@ -150,7 +159,8 @@ def radioss_files(
     ['LICENSE.txt', 'README.txt', 'card.json', 'fit.json', 'law_friction.rad', 'model.onnx']
     """
     host, held, prefix = host_units(units), _held(source, fixed), c_prefix(source, name)
-    v, p, mu = _slice(source, held)
+    chosen_system = system_values(source, system)
+    v, p, mu = _slice(source, held, chosen_system)
     v, p = v / host.speed, p / host.pressure
     fits = {1: fit_polynomial(v, p, mu), 2: fit_darmstadt(v, p, mu)}
     laws: dict[int, Callable[[FloatArray, FloatArray, FloatArray], FloatArray]]
@@ -160,10 +170,16 @@ def radioss_files(
     # What the host reads: ten digits.
     c = np.array([float(f"{x:.12e}") for x in fits[chosen]])
     found = deviation(
-        source, lambda loads: laws[chosen](c, loads[:, 0] / host.speed, loads[:, 2] / host.pressure)
+        source,
+        lambda loads: laws[chosen](c, loads[:, 0] / host.speed, loads[:, 2] / host.pressure),
+        chosen_system,
     )
+    rows = [
+        *(f"{n} is held at {with_unit(n, x)}" for n, x in held.items()),
+        *held_system(source, chosen_system),
+    ]
     cells = [f"{x:20.12e}" for x in (*c[1:], 0.0)[:6]]
-    values = _texts(source, prefix, host, held, found) | {
+    values = _texts(source, prefix, host, rows, found) | {
         "IFRIC": str(chosen),
         "SLICE_ERROR": f"{errors[chosen]:.3g}",
         "OTHER": f"Ifric {3 - chosen}: {errors[3 - chosen]:.3g}",
@@ -176,7 +192,7 @@ def radioss_files(
         "C": c[1:].tolist(),
         "units": host.text(),
         "summary": f"Ifric {chosen} is off by at most {found.text()}",
-        "held": [*(f"{n} is held at {with_unit(n, x)}" for n, x in held.items()), *held_system(source)],
+        "held": rows,
         "largest deviation at the held loads, by Ifric": {str(k): e for k, e in errors.items()},
         "remaining": found.report(),
     }
@@ -193,6 +209,7 @@ def calculix_files(
     name: str | None = None,
     units: object = "tonne-mm-s",
     fixed: object = None,
+    system: object = None,
     slip: object = 0.01,
 ) -> Files:
     """Return the files of a CalculiX export: one coefficient, in the middle of those of the domain, and a stick slope.
@@ -201,6 +218,8 @@ def calculix_files(
     ----------
     fixed : mapping, optional
         Loads to take mu at, in place of the middle of the domain.
+    system : mapping, optional
+        Values of system variables; their start values by default.
     slip : float
         Elastic slip [mm] at which sticking ends; it makes the stick slope.
 
@@ -214,20 +233,24 @@ def calculix_files(
     """
     host, prefix = host_units(units), c_prefix(source, name)
     given = options.mapping("fixed", fixed, LOAD_NAMES)
+    chosen = system_values(source, system)
     length = options.number("slip", slip, 1e-6, 10.0)
     interface = source.interface(1)
     held = {q.name: interface.start(q) for q in LOADS}
     for key, value in given.items():
         held[key] = options.number(f"fixed {key}", value, QUANTITIES[key].lower, QUANTITIES[key].upper)
     if given:
-        mu = float(Reference(source).mu(np.array([[held[n] for n in LOAD_NAMES]]))[0])
+        at = np.array([[held[n] for n in LOAD_NAMES]])
+        mu = float(Reference(source).mu(at, system=list(chosen.values()) or None)[0])
     else:
-        found = domain_points(source)[1]
+        found = domain_points(source, chosen)[1]
         mu = 0.5 * float(found.min() + found.max())
     mu = max(float(f"{mu:.9g}"), 1e-6)  # *FRICTION refuses 0
-    remains = deviation(source, lambda loads: np.full(len(loads), mu))
+    remains = deviation(source, lambda loads: np.full(len(loads), mu), chosen)
+    rows = [f"{n} is held at {with_unit(n, x)}" for n, x in held.items()]
+    kept = held_system(source, chosen)
     slope = mu * held["sigma_n"] / host.pressure / (length / host.length)
-    values = _texts(source, prefix, host, held, remains) | {
+    values = _texts(source, prefix, host, [*rows, *kept], remains) | {
         "MU": f"{mu:.9g}",
         "SLOPE": f"{slope:.6g}",
         "SLIP": f"{length:g}",
@@ -240,7 +263,7 @@ def calculix_files(
         "stick slope": slope,
         "units": host.text(),
         "summary": f"mu = {mu:g} is off by at most {remains.text()}",
-        "held": held_system(source),
+        "held": kept,
         "remaining": remains.report(),
     }
     return {

@@ -22,7 +22,7 @@ from ...interface.friction_source import FrictionSource
 from ...interface.quantities import USUAL
 from .. import options
 from ..common import Reference, description, documents, template
-from .deviation import held_system, with_unit
+from .deviation import held_system, system_values, with_unit
 from .grid import Grid
 
 OPTIONS = ("axes", "points", "limits", "fixed", "system", "tolerance", "max_rows", "start_memory")
@@ -155,9 +155,7 @@ def tabulate(
     held = {q.name: interface.start(q) for q in LOADS if q.name not in axes}
     for name, value in options.mapping("fixed", fixed, held).items():
         held[name] = options.number(f"fixed {name}", value, QUANTITIES[name].lower, QUANTITIES[name].upper)
-    variables = {p.name: p.start for p in source.system}
-    for name, value in options.mapping("system", system, variables).items():
-        variables[name] = options.number(f"system variable {name}", value, -1e300, 1e300)
+    variables = system_values(source, system)
     reference = Reference(source)
     values = list(variables.values()) or None
 

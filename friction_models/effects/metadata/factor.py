@@ -57,11 +57,13 @@ class Factor(Effect):
         return _made, (self.declared_by, self.fixed)
 
     def with_levels(self, levels: Mapping[str, Sequence[str]]) -> Effect:
-        """Return the effect with an offset for each label of its column; as it is for numbers, or with a fixed level."""
+        """Return the effect with an offset for each label of its column, or a line for numbers; as it is with fixed shapes."""
         column = self.metadata[0]
-        return (
-            self if self.fixed or column not in levels else _declared(column, tuple(levels[column]), "", ())()
-        )
+        if self.fixed:
+            return self
+        if column not in levels:
+            return scanned_factor(column, [])
+        return _declared(column, tuple(levels[column]), "", ())()
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
         """Return every level of the data, each may be the one that deviates; or middle and half range of numbers."""

@@ -17,6 +17,7 @@ import time
 from typing import IO
 
 from friction_models.common import InputError
+from friction_models.common.earlier import KEEP
 from friction_models.common.errors import shown
 from friction_models.common.processes.child_processes import python_command
 
@@ -198,6 +199,8 @@ class Worker:
                 "COLUMNS": "120",
                 "NO_COLOR": "1",
                 PROGRESS_EVERY: "1",
+                # The workbench names its outputs itself, and shows every folder of its project.
+                KEEP: "no",
             },
             start_new_session=True,
         )

@@ -1,4 +1,4 @@
-"""Files that the options of a command name. A command never overwrites what it reads."""
+"""Files that the options of a command name. A command never overwrites what it reads, and keeps what it replaces."""
 
 from __future__ import annotations
 
@@ -50,15 +50,25 @@ class Commands(typer.Typer):
 def _checked(function: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(function)
     def command(**values: Any) -> Any:
-        _check(function, values)
-        return function(**values)
+        from friction_models.common.earlier import keeping_earlier
+
+        from .console import note
+
+        with keeping_earlier(_check(function, values)) as moved:
+            try:
+                return function(**values)
+            finally:
+                for name, now in moved:
+                    note(f"{name}: what was there before is kept as {now}")
 
     return command
 
 
-def _check(function: Callable[..., Any], values: dict[str, Any]) -> None:
+def _check(function: Callable[..., Any], values: dict[str, Any]) -> list[Path]:
+    """Check inputs and outputs; return the outputs that are written anew as a whole."""
     from friction_models.common import check_file, check_folder, check_outputs, folders
 
+    anew: list[Path] = []
     outputs: list[tuple[Path, Writes]] = []
     inputs: list[Path] = []
     hints = get_type_hints(function, include_extras=True)
@@ -77,12 +87,16 @@ def _check(function: Callable[..., Any], values: dict[str, Any]) -> None:
             from ...report.writing import check_page_file
 
             check_page_file(path)
+        kind = getattr(folders, mark.kind, None)
         if mark.kind in {"FILE", "PAGE"}:
             check_file(path)
-        elif mark.kind == "EITHER":
+        elif kind is None:
             folders.check_parents(path)
         else:
-            check_folder(path, getattr(folders, mark.kind))
+            check_folder(path, kind)
+        if not isinstance(kind, folders.GrowingKind):
+            anew.append(path)
+    return anew
 
 
 def _named(value: Any, texts: bool) -> Iterator[Path]:

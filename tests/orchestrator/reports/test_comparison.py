@@ -92,6 +92,14 @@ def test_the_unit_is_the_test_and_few_of_them_prove_nothing() -> None:
     assert few.report().startswith("near is ahead, but not clearly, of far")
     # No pair is told apart, so no model has a place of its own either.
     assert few.order.place("near") == few.order.place("far") == "not known"
+    # The numbers of --json say no more than the words: the keys stay, None and the reason stand there.
+    told = few.to_dict()
+    assert told["order"]["best"] == told["order"]["ranks"] == {"near": None, "far": None}
+    assert told["order"]["reason"] == f"at least {FEWEST_UNITS} tests are needed to tell models apart"
+    assert [(p["interval"], p["probability"]) for p in told["order"]["pairs"]] == [(None, None)]
+    assert {"probability_best", "rank_interval"} <= set(told["models"]["near"])
+    assert told["models"]["near"]["probability_best"] is told["models"]["near"]["rank_interval"] is None
+    assert c.to_dict()["order"]["reason"] is None and None not in c.to_dict()["order"]["pairs"][0].values()
     assert c.order.place("even") == "1-2" and c.order.place("odd", " to ") == "1 to 2"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,17 @@ def test_a_browser_prints_the_page(html: str, tmp_path: Path) -> None:
     if not any(shutil.which(name) for name in writing.BROWSERS):
         pytest.skip("no browser that prints")
     assert write_page_file(tmp_path / "p.pdf", html).read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("suffix", ["pdf", "xlsx", "html"])
+def test_the_same_page_gives_the_same_bytes(html: str, tmp_path: Path, suffix: str) -> None:
+    if suffix == "pdf" and not any(shutil.which(name) for name in writing.BROWSERS):
+        pytest.skip("no browser that prints")
+    if suffix == "xlsx":
+        pytest.importorskip("openpyxl")
+    first = write_page_file(tmp_path / f"a.{suffix}", html).read_bytes()
+    time.sleep(2.1)  # ZIP archives count in steps of two seconds
+    assert write_page_file(tmp_path / f"b.{suffix}", html).read_bytes() == first
 
 
 def test_what_cannot_be_written_is_told_before_the_work(
