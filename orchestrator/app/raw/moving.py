@@ -37,6 +37,21 @@ def line(source: str, target: str) -> str:
     return shlex.join(["mv", source, target])
 
 
+def moved_to(project: Project, place: str) -> str:
+    """Return where a set of files is now that was moved from a place; empty where the history knows of none."""
+    now = place
+    for entry in history.read(project.root / HISTORY):
+        try:
+            words = shlex.split(str(entry.get("command", ""))) if entry["event"] == history.MOVED else []
+        except ValueError:
+            continue
+        if words[:1] == ["mv"] and len(words) == 3 and words[1] == now:
+            now = words[2]
+    top, _, name = now.partition("/")
+    known = now != place and top in {RAW, ASIDE} and is_name(name) and (project.root / now).is_dir()
+    return now if known else ""
+
+
 def move(project: Project, source: str, target: str) -> None:
     """Move a set of files, and write it into the history.
 

@@ -218,7 +218,7 @@ def test_a_data_set_is_taken_in_hand_again_where_it_was_left(loop: Project) -> N
 
     async def test(user: User, worker: Worker) -> None:
         await user.open("/measurements")
-        user.find("Use it").click()
+        user.find("Take it in hand").click()
         await until(lambda: history.Story.of(history.read(file)).data == "data/sct")
 
     look(loop, test)

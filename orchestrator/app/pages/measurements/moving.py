@@ -11,7 +11,7 @@ from friction_models.common import InputError
 from ...project import is_name
 from ...raw.files import RAW, free_name
 from ...raw.moving import ASIDE, aside, move
-from ..parts import button, heading, say
+from ..parts import button, fold, heading, say
 from ..view import View
 
 
@@ -28,7 +28,7 @@ def rename_or_put_aside(view: View, name: str) -> None:
         _move(view, place, aside(view.project, name))
         ui.navigate.to("/measurements")
 
-    with ui.expansion("Another name for this set, or away with it").classes("other"):
+    with fold(view, "Another name for this set, or away with it"):
         with ui.element("div").classes("choices"):
             field = ui.input("New name", value=name)
             field.props("outlined dense").classes("choice")

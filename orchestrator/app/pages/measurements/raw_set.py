@@ -21,12 +21,13 @@ from sct_twin.records.channels import CHANNELS
 from ... import commands
 from ...commands import Command
 from ...figures.raw import columns_figure, loads_figure, preview_row
-from ...project import history
-from ...raw.files import RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
+from ...project import history, is_name
+from ...raw.files import RAW, RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
 from ...raw.map_form import MapForm, beyond_limits, looks_like_records
+from ...raw.moving import moved_to
 from ...work.job import DONE, FAILED
 from ..frame import page_head
-from ..parts import button, choice, empty, gone, heading, line, picture, say, words
+from ..parts import button, choice, empty, fold, gone, heading, line, picture, refused, say, words
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields
@@ -39,6 +40,10 @@ PAUSE = 0.35
 
 async def show(view: View, name: str) -> None:
     """Show the page."""
+    place = f"{RAW}/{name}"
+    if is_name(name) and not (view.project.root / place).exists() and (now := moved_to(view.project, place)):
+        _moved(name, now)
+        return
     found = await asyncio.to_thread(raw_set, view.project, name)
     page_head(f"Measurements: {name}")
     ui.link("All measurements", "/measurements")
@@ -73,9 +78,19 @@ async def show(view: View, name: str) -> None:
     page = _Page(view, found, form)
     page.build()
     await page.look()
-    with ui.expansion("Add files to this set").classes("other"):
+    with fold(view, "Add files to this set"):
         bring(view, "More files", name)
     rename_or_put_aside(view, name)
+
+
+def _moved(name: str, now: str) -> None:
+    """Say where a set is that has another name now, as one comes by the button Back of the browser."""
+    page_head(f"Measurements: {name}")
+    top, _, new = now.partition("/")
+    if top == RAW:
+        empty("This set has another name", f"It is called {new} now.", (new, f"/measurements?raw={new}"))
+    else:
+        empty("This set was put aside", "It can be brought back.", ("All measurements", "/measurements"))
 
 
 class _Page:
@@ -92,7 +107,7 @@ class _Page:
         if self.form.records:
             campaign(self.view, self.found.name)
         data_set(self.view, self.found.name)
-        self.fields = MapFields(self.form, self.table, self._changed)
+        self.fields = MapFields(self.view, self.form, self.table, self._changed)
         with ui.element("section").classes("panel"):
             self.fields.build()
         self.verdict = ui.element("div").props('role="status"')
@@ -167,7 +182,7 @@ class _Page:
             button("Save the map", self._save)
             button("Look through all files", partial(self._run, look_through)).set_enabled(complete)
         line(command)
-        with ui.expansion("The map as a file").classes("other"):
+        with fold(self.view, "The map as a file"):
             words(f"<pre>{escape(map_text(self.form.content()))}</pre>")
         last = self.view.worker.last(look_through.arguments)
         if last is not None and last.state in {DONE, FAILED}:
@@ -179,7 +194,7 @@ class _Page:
             (ChannelMap if self.form.records else PointMap).load(self.form.content())
             path = save_map(self.view.project, self.found.place, self.form.records, self.form.content())
         except InputError as error:
-            ui.notify(f"Not saved: {error}", type="negative")
+            refused(error, "Not saved: ")
             return
         self.view.note(history.SAVED, file=path)
         ui.notify(f"{path} is saved.", type="positive")
