@@ -129,17 +129,19 @@ def _verdict(view: View, story: Story, answer: Answer, page: ReadPage) -> None:
             if not story.waiting:
                 _offers(view, story, answer)
         with ui.element("div"):
-            response, residual = page.section("response"), page.section("residual")
-            if response is not None and (figure := response.figure()) is not None and _has_curve(figure):
-                picture(figure, narrow=True)
-            elif response is not None and (tests := page.section("tests")) and (figure := tests.figure()):
+            sections = [page.section(name) for name in ("response", "tests", "residual")]
+            response = sections[0]
+            if response is None:
+                sections = sections[2:]
+            elif (figure := response.figure()) is not None and not _has_curve(figure):
                 # An effect that remembers has no curve over a load: it shows in the course of tests.
-                picture(figure)
-                tests.parts.remove(figure)
-            elif residual is not None and (figure := residual.figure()) is not None:
-                picture(figure)
-                # Once is enough: what is left of the section are the maps.
-                residual.parts.remove(figure)
+                sections = sections[1:]
+            for found in sections:
+                if found is not None and (figure := found.figure()) is not None:
+                    picture(figure, narrow=found is response)
+                    # Once is enough: what is left of the section are tables and maps.
+                    found.parts.remove(figure)
+                    break
 
 
 def _has_curve(figure: ReadFigure) -> bool:

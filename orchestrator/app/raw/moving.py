@@ -8,7 +8,7 @@ import shlex
 from friction_models.common import InputError
 
 from ..project import HISTORY, Project, history, is_name
-from .files import RAW, free_name
+from .files import RAW, free_name, set_name
 
 #: Where sets are kept that no page shows as measurements any more.
 ASIDE = "aside"
@@ -35,6 +35,26 @@ def line(source: str, target: str) -> str:
     'mv raw/oil raw/motor-oil'
     """
     return shlex.join(["mv", source, target])
+
+
+def own_set(project: Project, file: str) -> str:
+    """Move a file of a set into a set of its own, write it into the history, and return the name of the set.
+
+    Raises
+    ------
+    InputError
+        No such file.
+    """
+    path = project.inside(file)
+    if not path.is_file() or path.parent.parent != project.root / RAW:
+        raise InputError(f"{file}: no such file of measurements in the project")
+    name = free_name(project, RAW, set_name(path.name))
+    folder, target = f"{RAW}/{name}", f"{RAW}/{name}/{path.name}"
+    project.inside(folder).mkdir()
+    path.rename(project.inside(target))
+    command = f"{shlex.join(['mkdir', folder])} && {line(file, target)}"
+    history.add(project.root / HISTORY, history.MOVED, command=command)
+    return name
 
 
 def moved_to(project: Project, place: str) -> str:

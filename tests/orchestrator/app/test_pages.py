@@ -88,8 +88,8 @@ def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> N
         assert "linear: Stribeck effect is missing" in said
         assert "What to test next" in said and said.count("What to test next") == 1
         assert "synthetic data" in said
-        # Effect, budget, ranking, residuals, their map, response, worst tests.
-        assert len(figures(user)) == 7
+        # The effect beside the words; budget, ranking, residuals, their map, worst tests.
+        assert len(figures(user)) == 6
         user.find("Add stribeck").click()
         assert waiting(worker) == [commands.models.refine("data/sct", "linear", ["stribeck"]).line]
 

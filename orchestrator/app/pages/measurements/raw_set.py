@@ -6,6 +6,7 @@ import asyncio
 import re
 from collections.abc import Mapping
 from functools import partial
+from pathlib import PurePosixPath
 from typing import Any
 
 from nicegui import ui
@@ -31,9 +32,11 @@ from ..parts import button, choice, empty, fold, gone, heading, line, picture, r
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields
-from .moving import rename_or_put_aside
+from .moving import into_own_set, rename_or_put_aside
 from .taken_in import campaign, data_set, rounded
 
+#: What the reader of tables says of a test that stands in two files.
+_SAME_TESTS = "allowed: each test in one file"
 #: How long the page waits for the next letter before it looks at the map again [s].
 PAUSE = 0.35
 
@@ -153,6 +156,9 @@ class _Page:
         if found is not None:
             said = f"Leave out {counted(found.rows, 'row')} with {found.column} {found.words}"
             button(said, lambda: self.fields.limit(found.column, found.low, found.high))
+        for file in _same_tests(problem, self.found.files):
+            said = f"Put {PurePosixPath(file).name} into a set of its own"
+            button(said, partial(into_own_set, self.view, file))
 
     def _try(self) -> tuple[dict[str, object] | None, list[str] | None, str, list[Any]]:
         row, said, problem, figures = None, None, "", []
@@ -222,6 +228,19 @@ def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Comman
     )
 
 
+def _same_tests(problem: str, files: list[str]) -> list[str]:
+    """Return the two files of a set that hold the same tests, as a summary does; none for another problem.
+
+    Examples
+    --------
+    >>> said = "raw/oil/all.csv: test 'a' stands in mean.csv, too; allowed: each test in one file"
+    >>> _same_tests(said, ["raw/oil/all.csv", "raw/oil/mean.csv", "raw/oil/more.csv"])
+    ['raw/oil/all.csv', 'raw/oil/mean.csv']
+    """
+    told = re.search(rf"test '.*' stands in (.+), too; {_SAME_TESTS}", problem)
+    return [f for f in files if told and (problem.startswith(f"{f}: ") or PurePosixPath(f).name == told[1])]
+
+
 def _hint(problem: str, records: bool) -> str:
     """Return where on the page it can be mended.
 
@@ -230,6 +249,8 @@ def _hint(problem: str, records: bool) -> str:
     >>> _hint("channel map: quantity 'F_r' is mapped 0 times; allowed: exactly once", True)
     'Say above which column is F_r: force that drives the plate.'
     """
+    if _SAME_TESTS in problem:
+        return "The files of a set are tables of the same kind, with other tests in each."
     if not records:
         return "Rows that do not count can be left out: see sign, limits beside a column."
     if told := re.search(r"quantity '(\w+)' is mapped (\d+) times", problem):
