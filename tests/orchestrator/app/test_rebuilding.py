@@ -49,6 +49,8 @@ def choose(tab: Watched, name: str = "Choose files") -> Any:
     """Open the dialog for files."""
     with tab.page.expect_file_chooser() as found:
         tab.press("button", name)
+    # The dialog opens at once, and the server hears of it on its way; nobody is faster.
+    tab.page.wait_for_timeout(1000)
     return found.value
 
 

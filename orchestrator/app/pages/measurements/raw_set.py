@@ -156,9 +156,10 @@ class _Page:
         if found is not None:
             said = f"Leave out {counted(found.rows, 'row')} with {found.column} {found.words}"
             button(said, lambda: self.fields.limit(found.column, found.low, found.high))
-        for file in _same_tests(problem, self.found.files):
-            said = f"Put {PurePosixPath(file).name} into a set of its own"
-            button(said, partial(into_own_set, self.view, file))
+        with ui.element("div").classes("buttons"):
+            for file in _same_tests(problem, self.found.files):
+                said = f"Put {PurePosixPath(file).name} into a set of its own"
+                button(said, partial(into_own_set, self.view, file))
 
     def _try(self) -> tuple[dict[str, object] | None, list[str] | None, str, list[Any]]:
         row, said, problem, figures = None, None, "", []
