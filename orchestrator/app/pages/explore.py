@@ -138,7 +138,7 @@ class _Explorer:
             choice("Load across", numbers, chosen.a, partial(self._set, "a"))
             choice("Load up", numbers, chosen.b, partial(self._set, "b"))
             field = ui.input(
-                "Only tests called (part of the name)",
+                "Part of a test name",
                 value=chosen.tests,
                 on_change=lambda e: self._set("tests", e.value),
             )

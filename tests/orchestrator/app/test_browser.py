@@ -111,7 +111,7 @@ def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> No
         _walk(tab)
         if path == "explore":
             # Thousands of points more would be looked at one by one.
-            tab.page.get_by_label("Only tests called (part of the name)").fill("sct00")
+            tab.page.get_by_label("Part of a test name").fill("sct00")
             tab.see("of 9 tests")
             tab.settle()
         assert serious(charts=path == "explore") == [], path
