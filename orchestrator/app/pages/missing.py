@@ -62,6 +62,7 @@ async def show(view: View) -> None:
             "problem",
         )
     answer, page, problem = await asyncio.to_thread(_answer, view, story)
+    view.first(story, page.title if page else "")
     if page is None:
         page_head(
             f"What is the {commands.short(story.model)} model missing?",

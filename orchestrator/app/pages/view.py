@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from nicegui import ui
+
 from friction_models.common.errors import shown
 
 from ...report.reading import ReadPage, read_page
@@ -56,6 +58,12 @@ class View:
     def held(self) -> bool:
         """Whether the page stays as it is."""
         return time.monotonic() < self._held
+
+    def first(self, *what: object) -> None:
+        """Lead to the head of the page where something else stands there now than when it was built before."""
+        if self.kept.setdefault("first", what) != what:
+            self.kept["first"] = what
+            ui.run_javascript("scrollTo(0, 0)")
 
     def data_sets(self) -> dict[str, str]:
         """Return the data sets of the project, and what pages call them."""

@@ -33,7 +33,7 @@ from ..view import View
 from .bring import bring
 from .map_fields import MapFields
 from .moving import into_own_set, rename_or_put_aside
-from .taken_in import campaign, data_set, rounded
+from .taken_in import came_of, campaign, data_set, rounded
 
 #: What the reader of tables says of a test that stands in two files.
 _SAME_TESTS = "allowed: each test in one file"
@@ -107,6 +107,7 @@ class _Page:
     def build(self) -> None:
         """Build form, picture and buttons."""
         # What came of the files stands first: it is the way on.
+        self.view.first(*came_of(self.view, self.found.name))
         if self.form.records:
             campaign(self.view, self.found.name)
         data_set(self.view, self.found.name)
