@@ -147,8 +147,8 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
             chart.legend = True
     made = chart.dress(
         380,
-        x=escape(_label(x)),
-        y=escape(_label(y)),
+        x=escape(label(x)),
+        y=escape(label(y)),
         dragmode="select",
         selectdirection="any",
     )
@@ -164,7 +164,7 @@ def _parts(frame: pd.DataFrame, color: str) -> list[tuple[np.ndarray, str, dict[
     names = levels(frame[color])
     if not names and pd.api.types.is_numeric_dtype(frame[color]):
         bar = {
-            "title": {"text": escape(_label(color)), "side": "right", "font": {"size": 13}},
+            "title": {"text": escape(label(color)), "side": "right", "font": {"size": 13}},
             "thickness": 12,
             "outlinewidth": 0,
         }
@@ -188,7 +188,7 @@ def summary(found: Sample, picked: Sequence[int], y: str) -> list[tuple[str, str
     for name in dict.fromkeys([*(n for n in LOAD_NAMES if n in frame.columns), y]):
         values = _floats(frame[name])
         if np.isfinite(values).any():
-            rows.append((_label(name), f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}"))
+            rows.append((label(name), f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}"))
     return rows
 
 
@@ -197,7 +197,8 @@ def _floats(values: pd.Series) -> np.ndarray:
     return values.to_numpy(dtype=np.float32)
 
 
-def _label(name: str) -> str:
+def label(name: str) -> str:
+    """Return what a column is called beside an axis, with its unit."""
     if name == "t":
         return "t [s]"
     return with_unit(name) if name in LOAD_NAMES else name

@@ -9,7 +9,7 @@ from nicegui import ui
 from .. import commands
 from ..project import Project, history
 from .frame import page_head
-from .parts import action, badge, choice, empty, line, say, section, told, words
+from .parts import action, badge, choice, empty, fold, line, say, section, told, words
 from .parts import button as press
 from .residuals import show_residuals
 from .view import View
@@ -126,6 +126,6 @@ def _train(view: View, data: str, learnt: dict[str, str], unfolded: bool) -> Non
             offers.append(commands.models.train(data, family, name))
     if not offers:
         return
-    with ui.expansion("Train a model", value=unfolded).classes("other"):
+    with fold(view, "Train a model", unfolded=unfolded):
         for command in offers:
             action(view, command, command.title)

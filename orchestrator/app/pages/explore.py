@@ -13,7 +13,7 @@ from friction_models.common.markup import table
 from friction_models.loads import LOAD_NAMES, DataSet
 
 from ...report.reading import ReadFigure
-from ..figures.explore import Sample, cloud, sample, summary
+from ..figures.explore import Sample, cloud, label, sample, summary
 from ..project.loaded import loaded
 from .frame import page_head
 from .parts import button, choice, empty, gone, plotted, say, told, words
@@ -129,16 +129,16 @@ class _Explorer:
 
     async def build(self) -> None:
         """Build the choices and the pictures."""
-        chosen, numbers = self.chosen, self.numbers
+        chosen, numbers = self.chosen, {n: label(n) for n in self.numbers}
         with ui.element("div").classes("choices"):
             choice("Up", numbers, chosen.y, partial(self._set, "y"))
             choice("Across", numbers, chosen.x, partial(self._set, "x"))
-            choice("Colour", {"": "one colour", **{c: c for c in self.colors}}, chosen.color, partial(self._set, "color"))  # fmt: skip
+            choice("Colour", {"": "one colour", **{c: c for c in self.colors}, **numbers}, chosen.color, partial(self._set, "color"))  # fmt: skip
         with ui.element("div").classes("choices"):
             choice("Load across", numbers, chosen.a, partial(self._set, "a"))
             choice("Load up", numbers, chosen.b, partial(self._set, "b"))
             field = ui.input(
-                "Tests whose name holds",
+                "Part of a test name",
                 value=chosen.tests,
                 on_change=lambda e: self._set("tests", e.value),
             )

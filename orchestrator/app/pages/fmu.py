@@ -17,7 +17,7 @@ from ..project.project import changed
 from ..serving import has_page, page_address
 from ..work.job import DONE, FAILED, Job
 from .frame import page_head
-from .parts import action, choice, download, empty, heading, line, say
+from .parts import action, choice, download, empty, fold, heading, line, say
 from .parts import button as press
 from .view import View
 
@@ -83,13 +83,15 @@ def _pack(view: View, models: list[str], model: str) -> None:
         button.refresh()
 
     options = kept.options
-    with ui.element("div").classes("choices"):
+    with ui.element("div").classes("choices").style("align-items: flex-start"):
         choice("Model", {m: commands.short(m) for m in models}, kept.model, partial(changed, "model"))
         choice("FMI version", ["2.0", "3.0"], options.fmi, partial(changed, "fmi"))
         nodes = ui.number("Contact points", value=options.nodes, min=1, max=MOST_NODES, precision=0)
-        nodes.props("outlined dense").classes("choice")
+        nodes.props("outlined dense").classes("choice").props["hint"] = (
+            "1, or the nodes of a contact as arrays"
+        )
         nodes.on_value_change(lambda e: changed("nodes", int(e.value or 1)))
-    with ui.expansion("More options").classes("other"):
+    with fold(view, "More options"):
         # Only some of them have a hint below.
         with ui.element("div").classes("choices").style("align-items: flex-start"):
             choice("Runs as", TARGETS, options.target, partial(changed, "target"))
@@ -126,10 +128,10 @@ def _file(view: View, path: str, size: int) -> None:
         action(view, check, "Check it")
         job = view.worker.last(check.arguments)
         if job is not None and job.state in {DONE, FAILED}:
-            _checked(job)
+            _checked(view, path, job)
 
 
-def _checked(job: Job) -> None:
+def _checked(view: View, path: str, job: Job) -> None:
     """Show what the check said."""
     failed = [x for x in job.lines if x.strip().startswith("failed")]
     if job.state == DONE:
@@ -137,5 +139,5 @@ def _checked(job: Job) -> None:
         say(f"It passed all {passed} checks.")
     else:
         say(f"The check failed: {'; '.join(failed) or job.problem()}", "problem")
-    with ui.expansion("What was checked").classes("other"):
+    with fold(view, "What was checked", f"check of {path}"):
         ui.html(escape("\n".join(job.lines)), sanitize=False, tag="pre")

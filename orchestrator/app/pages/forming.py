@@ -19,7 +19,21 @@ from ..serving import address
 from .compare import CONSTANTS
 from .forming_form import FormState, ask, constants_of, first_form, processes
 from .frame import page_head
-from .parts import action, badge, button, choice, download, empty, heading, parts, say, section, told, words
+from .parts import (
+    action,
+    badge,
+    button,
+    choice,
+    download,
+    empty,
+    fold,
+    heading,
+    parts,
+    say,
+    section,
+    told,
+    words,
+)
 from .view import View
 
 
@@ -50,7 +64,7 @@ async def _every_press_level(view: View, form: FormState) -> None:
         models = [*form.models, *constants_of(form.constants)]
     except InputError:
         models = list(form.models)
-    with ui.expansion("Form every level of the press").classes("other"):
+    with fold(view, "Form every level of the press"):
         say(
             "Errors of the largest force and of the work over all levels, with what the scatter of the press leaves open."
         )

@@ -21,7 +21,7 @@ from ..commands.forming import Forming
 from ..project import is_name
 from .compare import CONSTANTS, own_models
 from .parts import button as press_button
-from .parts import choice, line, say, words
+from .parts import choice, fold, line, say, words
 from .view import View
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ async def ask(view: View, form: FormState) -> None:
         except InputError:
             # A value that the process refuses: the button says so, the fields stay as they are declared.
             known = _declared(FormState(form.process))
-        _fields(form, known, update)
+        _fields(view, form, known, update)
 
     @ui.refreshable
     def button() -> None:
@@ -169,7 +169,7 @@ def _given(form: FormState) -> dict[str, float | str]:
     return {n: v for n, v in form.values.items() if v != ""}
 
 
-def _fields(form: FormState, known: dict[str, Parameter], update: Callable[[], None]) -> None:
+def _fields(view: View, form: FormState, known: dict[str, Parameter], update: Callable[[], None]) -> None:
     """Show a field for each parameter: those of the shape first, what has a good default folded away."""
     from forming.materials.files import shipped
 
@@ -220,10 +220,10 @@ def _fields(form: FormState, known: dict[str, Parameter], update: Callable[[], N
         )
         stroke.on_value_change(lambda e: _set(form, "stroke", e.value, update))
 
-    with ui.expansion("Tools, heat and mesh").classes("other"), ui.element("div").classes("form"):
+    with fold(view, "Tools, heat and mesh"), ui.element("div").classes("form"):
         for p in rest:
             one(p)
-    with ui.expansion("What the parameters mean").classes("other"):
+    with fold(view, "What the parameters mean"):
         rows = [
             (p.name, p.unit or "-", _allowed(p), "-" if p.default is None else p.default, p.meaning)
             for p in known.values()

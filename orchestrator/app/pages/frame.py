@@ -9,7 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from fastapi import Request
-from nicegui import background_tasks, ui
+from nicegui import app, background_tasks, ui
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
@@ -19,7 +19,7 @@ from ..commands import Command
 from ..project import HISTORY, Project, history
 from ..work.job import CANCELLED, FAILED, RUNNING, Job
 from ..work.worker import Worker
-from .parts import button, empty, gone, heading, say
+from .parts import BARE, button, empty, gone, heading, say
 from .view import View
 
 #: Address, name and module of each page, in the order in which a new project needs them.
@@ -49,6 +49,29 @@ addEventListener('unhandledrejection', (event) => {
 """
 
 
+#: A page that is built anew is short for a moment. It keeps its length, or who reads further down would be thrown to the top.
+_STAY = """
+{
+  let at = 0, timer = 0;
+  addEventListener('scroll', () => { at = scrollY }, {passive: true});
+  const watch = () => {
+    const content = document.getElementById('content');
+    if (!content) return requestAnimationFrame(watch);
+    const free = () => {
+      if (content.hasAttribute('aria-busy')) timer = setTimeout(free, 500);
+      else content.style.minHeight = '';
+    };
+    new MutationObserver(() => {
+      if (at) content.style.minHeight = `${at + innerHeight}px`;
+      clearTimeout(timer);
+      timer = setTimeout(free, 500);
+    }).observe(content, {childList: true});
+  };
+  watch();
+}
+"""
+
+
 class Workbench:
     """The pages of a project."""
 
@@ -62,12 +85,13 @@ class Workbench:
         """Build the page of an address."""
         path = request.url.path.rstrip("/") or "/"
         found = next((p for p in PAGES if p[0] == path), None)
-        ui.add_head_html(f"<style>{self.style}</style><script>{_HIDDEN_PICTURES}</script>")
+        ui.add_head_html(f"<style>{self.style}</style><script>{_HIDDEN_PICTURES}{_STAY}</script>")
         ui.page_title(f"{found[1] if found else 'No such page'} - {self.project.title}")
         look = request.cookies.get("tribofmu-look", "auto")
         mode = ui.dark_mode(LOOKS.get(look))
         content = _head(self.project, path, mode, look)
         strip = Strip(self.worker)
+        app.storage.client[BARE] = self.project.bare
         view = View(self.project, self.worker, dict(request.query_params), strip.show)
 
         async def fill() -> None:
@@ -91,7 +115,7 @@ class Workbench:
             nonlocal seen
             strip.show()
             now = await asyncio.to_thread(self._state)
-            if now != seen and first.done():
+            if now != seen and first.done() and not view.held:
                 seen = now
                 await fill()
 
@@ -184,6 +208,8 @@ class Strip:
         with ui.element("div").classes("job"):
             ui.html(f"<strong>{escape(job.command.title)}</strong>", sanitize=False, tag="span")
             self.time = ui.label(_time(job)).classes("soft")
+            if len(current) > 1:
+                ui.label(f"{len(current) - 1} more waiting").classes("soft")
             button("Cancel", lambda: self.worker.cancel(job), "plain")
         share = job.progress
         bar = ui.linear_progress(value=share or 0.0, show_value=False, color=None).props(
@@ -191,8 +217,7 @@ class Strip:
         )
         if share is None:
             bar.props("indeterminate")
-        more = f" ({len(current) - 1} more waiting)" if len(current) > 1 else ""
-        ui.label(f"{job.saying or job.command.line}{more}").classes("soft saying")
+        ui.label(job.saying or job.command.line).classes("soft saying")
 
     def _failed(self, job: Job) -> None:
         with ui.element("div").classes("job"):

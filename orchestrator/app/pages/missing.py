@@ -10,13 +10,14 @@ from typing import Any
 from nicegui import ui
 
 from friction_models.common import InputError
+from friction_models.common.markup import escape
 from friction_models.effects import make_effect
 
-from ...report.reading import ReadPage
+from ...report.reading import ReadFigure, ReadPage
 from .. import commands
 from ..answer import Answer, Offer
 from ..commands import Command
-from ..project.history import ACCEPTED, TAKEN_BACK, Story, learnt_from
+from ..project.history import ACCEPTED, TAKEN_BACK, Round, Story, learnt_from
 from ..rounds import rounds_of
 from .frame import page_head
 from .parts import (
@@ -26,6 +27,7 @@ from .parts import (
     choice,
     download,
     empty,
+    fold,
     heading,
     parts,
     picture,
@@ -53,7 +55,14 @@ async def show(view: View) -> None:
         )
         return
     story = view.story()
+    if lost := view.lost():
+        say(
+            f"{lost}, which was in hand, is not in the project any more; this page begins anew with {story.data}. "
+            "Give the folder its old name to go on where you were.",
+            "problem",
+        )
     answer, page, problem = await asyncio.to_thread(_answer, view, story)
+    view.first(story, page.title if page else "")
     if page is None:
         page_head(
             f"What is the {commands.short(story.model)} model missing?",
@@ -70,14 +79,14 @@ async def show(view: View) -> None:
                 "soft",
             )
         action(view, commands.models.diagnose(story.data, story.model), "Ask what is missing", first=True)
-        _candidate(view, story)
+        _waiting(view, story)
         await _rounds(view, story, answer)
         return
     page_head(page.title)
     words(f"<p>{page.lead}</p>", "lead")
     badge(page)
     # What waits for a decision stands first.
-    _candidate(view, story)
+    _waiting(view, story)
     _verdict(view, story, answer, page)
     await _rounds(view, story, answer)
     section(page.section("budget"))
@@ -118,16 +127,26 @@ def _verdict(view: View, story: Story, answer: Answer, page: ReadPage) -> None:
             for part in verdict.parts if verdict else []:
                 if isinstance(part, str):
                     words(part.partition(_NEXT)[0])
-            if story.candidate is None:
+            if not story.waiting:
                 _offers(view, story, answer)
         with ui.element("div"):
-            response, residual = page.section("response"), page.section("residual")
-            if response is not None and (figure := response.figure()) is not None:
-                picture(figure, narrow=True)
-            elif residual is not None and (figure := residual.figure()) is not None:
-                picture(figure)
-                # Once is enough: what is left of the section are the maps.
-                residual.parts.remove(figure)
+            sections = [page.section(name) for name in ("response", "tests", "residual")]
+            response = sections[0]
+            if response is None:
+                sections = sections[2:]
+            elif (figure := response.figure()) is not None and not _has_curve(figure):
+                # An effect that remembers has no curve over a load: it shows in the course of tests.
+                sections = sections[1:]
+            for found in sections:
+                if found is not None and (figure := found.figure()) is not None:
+                    picture(figure, narrow=found is response)
+                    # Once is enough: what is left of the section are tables and maps.
+                    found.parts.remove(figure)
+                    break
+
+
+def _has_curve(figure: ReadFigure) -> bool:
+    return any(isinstance(t, dict) and "lines" in str(t.get("mode", "")) for t in figure.data)
 
 
 def _offers(view: View, story: Story, answer: Answer) -> None:
@@ -142,7 +161,7 @@ def _offers(view: View, story: Story, answer: Answer) -> None:
         say(f"These data cannot tell it from: {', '.join(answer.rivals)}.")
     if not others:
         return
-    with ui.expansion("Add another effect").classes("other"):
+    with fold(view, "Add another effect"):
         for effect in others:
             say(_in_words(effect), "soft")
             action(view, adding([effect]), f"Add {effect}")
@@ -168,26 +187,42 @@ def _formulas(view: View, adding: Callable[[list[str]], Command], offers: list[O
         "soft",
     )
     for number, offer in enumerate(offers[:_OFFERED]):
-        say(f"{offer.equation}. {offer.removes}".rstrip())
+        words(f"<pre>{escape(offer.equation)}</pre>", "formula")
+        if offer.removes:
+            say(offer.removes)
         action(view, adding(offer.effects), f"Add {' and '.join(offer.effects)}", first=first and number == 0)
 
 
-def _candidate(view: View, story: Story) -> None:
+def _waiting(view: View, story: Story) -> None:
+    """Show the additions that wait for a decision, the newest first."""
+    if len(story.waiting) > 1:
+        say(
+            f"{len(story.waiting)} additions to {commands.short(story.model)} wait for a decision, each made without the others. "
+            "Once one is accepted, the others stay in the folder models and can be chosen as a model.",
+            "soft",
+        )
+    for addition in story.waiting[::-1]:
+        _decide(view, addition)
+
+
+def _take_back(view: View, model: str) -> None:
+    view.note(TAKEN_BACK, model=model)
+    ui.notify(f"Taken back. {model} is kept and can be chosen as a model.")
+
+
+def _decide(view: View, addition: Round) -> None:
     """Show an addition before and after, to be accepted or taken back."""
-    if story.candidate is None:
-        return
     page = None
     with ui.element("section").classes("panel"):
-        heading(f"Before and after: {' and '.join(story.candidate.added)} added")
+        heading(f"Before and after: {' and '.join(addition.added)} added")
         with told(view):
-            page = view.page(story.candidate.report) if story.candidate.report else None
+            page = view.page(addition.report) if addition.report else None
         if page is not None:
             history = page.section("history")
             parts(history.parts if history else [])
         with ui.element("div").classes("buttons action"):
-            model = story.candidate.model
-            button("Accept", lambda: view.note(ACCEPTED, model=model), "first")
-            button("Take back", lambda: view.note(TAKEN_BACK, model=model))
+            button("Accept", lambda: view.note(ACCEPTED, model=addition.model), "first")
+            button("Take back", partial(_take_back, view, addition.model))
         say("Accept to ask what the better model still misses. Taking back deletes nothing.", "soft")
         residual = page.section("residual") if page is not None else None
         if residual is not None:
@@ -206,8 +241,8 @@ async def _rounds(view: View, story: Story, answer: Answer) -> None:
                 picture(figure, narrow=True)
         with ui.element("div").classes("buttons action"):
             ui.link("Take it away as an FMU", "/fmu").classes("button first")
-            if story.candidate is None:
-                button("Take back the last one", lambda: view.note(TAKEN_BACK, model=story.model))
+            if not story.waiting:
+                button("Take back the last one", partial(_take_back, view, story.model))
 
 
 def _staircase(view: View, model: str, answer: Answer) -> Any:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from nicegui import events, ui
+from nicegui import app, events, ui
 
 from friction_models.common import InputError
 from friction_models.common.markup import escape
@@ -18,6 +18,9 @@ from ..serving import address
 from .sizes import least_width
 from .stepped import has_slider, stepped
 from .view import View
+
+#: Where a tab keeps how its project names paths.
+BARE = "bare"
 
 
 def gone(element: ui.element) -> bool:
@@ -132,7 +135,7 @@ def _heard(done: Callable[..., Any]) -> Callable[..., Any]:
         try:
             found = done(*given)
         except (InputError, OSError) as error:
-            ui.notify(str(error), type="negative")
+            refused(error)
             return None
         return _waited(found) if inspect.iscoroutine(found) else found
 
@@ -143,7 +146,21 @@ async def _waited(going_on: Any) -> None:
     try:
         await going_on
     except (InputError, OSError) as error:
-        ui.notify(str(error), type="negative")
+        refused(error)
+
+
+def refused(error: Exception, said: str = "") -> None:
+    """Say what was refused, with paths as the project names them."""
+    bare = app.storage.client.get(BARE, str)
+    ui.notify(f"{said}{bare(str(error))}", type="negative")
+
+
+def fold(view: View, title: str, key: str = "", kind: str = "other", unfolded: bool = False) -> ui.expansion:
+    """Show a part that is folded away; one that was opened stays open when the page is built anew."""
+    name = f"open {key or title}"
+    made = ui.expansion(title, value=view.kept.get(name, unfolded)).classes(kind)
+    made.on_value_change(lambda e: view.kept.update({name: bool(e.value)}))
+    return made
 
 
 def action(view: View, command: Command, label: str, first: bool = False) -> ui.button:

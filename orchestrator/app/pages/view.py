@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+from nicegui import ui
+
+from friction_models.common.errors import shown
 
 from ...report.reading import ReadPage, read_page
 from ..commands import Command, short
@@ -38,6 +43,27 @@ class View:
     query: Mapping[str, str]
     started: Callable[[], None]
     kept: dict[str, Any] = field(default_factory=dict)
+    #: Until then the page stays as it is, on the monotonic clock: a page built anew breaks off what the browser is sending.
+    _held: float = 0.0
+
+    def hold(self, seconds: float) -> None:
+        """Do not build the page anew for so long."""
+        self._held = time.monotonic() + seconds
+
+    def let_go(self) -> None:
+        """Build the page anew again where something changed."""
+        self._held = 0.0
+
+    @property
+    def held(self) -> bool:
+        """Whether the page stays as it is."""
+        return time.monotonic() < self._held
+
+    def first(self, *what: object) -> None:
+        """Lead to the head of the page where something else stands there now than when it was built before."""
+        if self.kept.setdefault("first", what) != what:
+            self.kept["first"] = what
+            ui.run_javascript("scrollTo(0, 0)")
 
     def data_sets(self) -> dict[str, str]:
         """Return the data sets of the project, and what pages call them."""
@@ -59,9 +85,13 @@ class View:
         # The history is a file like any other: what it names goes into command lines.
         if story.data not in sets or any(r.model not in models for r in story.rounds):
             return Story(sets[0] if sets else "", [Round(FIRST_MODEL)])
-        if story.candidate is not None and story.candidate.model not in models:
-            story.candidate = None
+        story.waiting = [c for c in story.waiting if c.model in models]
         return story
+
+    def lost(self) -> str:
+        """Return the data set that was in hand and is not in the project any more; empty where there is none."""
+        chosen = Story.of(self.lines()).data
+        return "" if not chosen or chosen in self.data_sets() else shown(chosen, 100)
 
     def run(self, command: Command) -> Job:
         """Start a command."""
@@ -91,7 +121,7 @@ class View:
 
     def bare(self, text: str) -> str:
         """Return a sentence with paths as the project names them."""
-        return text.replace(f"{self.project.root}/", "")
+        return self.project.bare(text)
 
     def page(self, path: str) -> ReadPage | None:
         """Return the report at a path of the project, taken apart; None where there is none."""

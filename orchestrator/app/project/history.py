@@ -139,13 +139,18 @@ class Story:
         The data set in hand; empty before one is chosen.
     rounds : list of Round
         The model at the start and every addition that was accepted.
-    candidate : Round or None
-        An addition that was computed and neither accepted nor taken back.
+    waiting : list of Round
+        Additions to the model in hand that were computed and neither accepted nor taken back, the newest last.
     """
 
     data: str = ""
     rounds: list[Round] = field(default_factory=list)
-    candidate: Round | None = None
+    waiting: list[Round] = field(default_factory=list)
+
+    @property
+    def candidate(self) -> Round | None:
+        """The newest addition that waits for a decision."""
+        return self.waiting[-1] if self.waiting else None
 
     @property
     def model(self) -> str:
@@ -177,8 +182,8 @@ class Story:
             if line["event"] == CHOSEN:
                 data, model = str(line.get("data", "")), str(line.get("model", ""))
                 before = [s for s in found if s.data == data]
-                waiting = [s.candidate for s in before if s.model == model]
-                found.append(cls(data, _way_to(model, before), waiting[-1] if waiting else None))
+                waiting = [s.waiting for s in before if s.model == model]
+                found.append(cls(data, _way_to(model, before), [*waiting[-1]] if waiting else []))
             elif line["event"] == ENDED:
                 _, options = _options(line)
                 # Something else may have been chosen while the command ran.
@@ -198,18 +203,21 @@ class Story:
     def _go_on(self, line: Mapping[str, object]) -> None:
         event, added = line["event"], line.get("round")
         # A decision is about the model that its page showed: pressed twice, or in two tabs, it counts once.
-        waiting = self.candidate
-        about = line.get("model", self.model if waiting is None else waiting.model)
+        newest = self.candidate
+        about = line.get("model", self.model if newest is None else newest.model)
+        meant = next((r for r in self.waiting if r.model == about), None)
         if event == ENDED and line.get("code") == 0 and isinstance(added, Mapping):
-            self.candidate = _round(added)
-        elif waiting is not None and about == waiting.model:
-            if event == ACCEPTED:
-                self.rounds.append(waiting)
-            if event in {ACCEPTED, TAKEN_BACK}:
-                self.candidate = None
+            new = _round(added)
+            self.waiting = [*(r for r in self.waiting if r.model != new.model), new]
+        elif meant is not None and event == ACCEPTED:
+            # The others were added to the model before.
+            self.rounds.append(meant)
+            self.waiting = []
+        elif meant is not None and event == TAKEN_BACK:
+            self.waiting.remove(meant)
         elif event == TAKEN_BACK and about == self.model and len(self.rounds) > 1:
             self.rounds.pop()
-            self.candidate = None
+            self.waiting = []
 
 
 def _way_to(model: str, loops: list[Story]) -> list[Round]:

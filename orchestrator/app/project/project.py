@@ -104,6 +104,20 @@ class Project:
         """Return the path of a file in the project as commands name it."""
         return path.relative_to(self.root).as_posix()
 
+    def bare(self, text: str) -> str:
+        """Return a sentence with paths as the project names them.
+
+        Examples
+        --------
+        >>> Project(Path("/home/me/oil"), "oil").bare("No room: '/home/me/oil/raw/a.csv', in /home/me/oil")
+        "No room: 'raw/a.csv', in the project folder"
+        """
+        return re.sub(
+            rf"{re.escape(str(self.root))}(?![\w.-])/?",
+            lambda m: "" if m[0].endswith("/") else "the project folder",
+            text,
+        )
+
     def kept(self, form: str) -> dict[str, Any]:
         """Return what a form held when it was left; empty where nothing was kept."""
         try:

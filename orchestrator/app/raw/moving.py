@@ -8,7 +8,7 @@ import shlex
 from friction_models.common import InputError
 
 from ..project import HISTORY, Project, history, is_name
-from .files import RAW, free_name
+from .files import RAW, free_name, set_name
 
 #: Where sets are kept that no page shows as measurements any more.
 ASIDE = "aside"
@@ -35,6 +35,41 @@ def line(source: str, target: str) -> str:
     'mv raw/oil raw/motor-oil'
     """
     return shlex.join(["mv", source, target])
+
+
+def own_set(project: Project, file: str) -> str:
+    """Move a file of a set into a set of its own, write it into the history, and return the name of the set.
+
+    Raises
+    ------
+    InputError
+        No such file.
+    """
+    path = project.inside(file)
+    if not path.is_file() or path.parent.parent != project.root / RAW:
+        raise InputError(f"{file}: no such file of measurements in the project")
+    name = free_name(project, RAW, set_name(path.name))
+    folder, target = f"{RAW}/{name}", f"{RAW}/{name}/{path.name}"
+    project.inside(folder).mkdir()
+    path.rename(project.inside(target))
+    command = f"{shlex.join(['mkdir', folder])} && {line(file, target)}"
+    history.add(project.root / HISTORY, history.MOVED, command=command)
+    return name
+
+
+def moved_to(project: Project, place: str) -> str:
+    """Return where a set of files is now that was moved from a place; empty where the history knows of none."""
+    now = place
+    for entry in history.read(project.root / HISTORY):
+        try:
+            words = shlex.split(str(entry.get("command", ""))) if entry["event"] == history.MOVED else []
+        except ValueError:
+            continue
+        if words[:1] == ["mv"] and len(words) == 3 and words[1] == now:
+            now = words[2]
+    top, _, name = now.partition("/")
+    known = now != place and top in {RAW, ASIDE} and is_name(name) and (project.root / now).is_dir()
+    return now if known else ""
 
 
 def move(project: Project, source: str, target: str) -> None:

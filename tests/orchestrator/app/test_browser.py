@@ -111,7 +111,7 @@ def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> No
         _walk(tab)
         if path == "explore":
             # Thousands of points more would be looked at one by one.
-            tab.page.get_by_label("Tests whose name holds").fill("sct00")
+            tab.page.get_by_label("Part of a test name").fill("sct00")
             tab.see("of 9 tests")
             tab.settle()
         assert serious(charts=path == "explore") == [], path
@@ -190,8 +190,12 @@ def test_a_file_is_brought_and_mapped_through_the_page(browser: Any, server: Ser
     tab.see("What each column is")
     assert (server.root / "raw/own-tests/own-tests.csv").read_bytes() == file.read_bytes()
     tab.see("12 tests, 12 points")
+    # Who pressed far below is led to what came of it.
+    tab.page.set_viewport_size({"width": 1366, "height": 400})
     tab.press("button", "Make the data set")
+    assert tab.page.evaluate("scrollY") > 100
     tab.page.get_by_role("heading", name="Data set data/own-tests").wait_for()
+    tab.page.wait_for_function("scrollY === 0")
     points = DataSet.load(server.root / "data/own-tests").points
     assert points["v_rel"].tolist() == [1000.0 * (10 + k) for k in range(12)]
     assert tab.wrong == []

@@ -38,6 +38,26 @@ def test_an_addition_counts_when_it_is_accepted_and_can_be_taken_back() -> None:
     assert Story.of([*lines, chosen]).rounds[0].model == "linear"
 
 
+def test_each_of_several_additions_can_be_decided_on() -> None:
+    lines: list[dict[str, object]] = [
+        {"event": CHOSEN, "data": "data/sct", "model": "linear"},
+        refined("models/a"),
+        refined("models/b"),
+        refined("models/a"),
+    ]
+    assert [r.model for r in Story.of(lines).waiting] == ["models/b", "models/a"]
+    earlier = Story.of([*lines, {"event": ACCEPTED, "model": "models/b"}])
+    assert earlier.model == "models/b" and earlier.waiting == []
+    left = Story.of([*lines, {"event": TAKEN_BACK, "model": "models/a"}])
+    assert left.model == "linear" and [r.model for r in left.waiting] == ["models/b"]
+    # The others belong to the model before: they cannot be accepted any more.
+    late = [*lines, {"event": ACCEPTED, "model": "models/b"}, {"event": ACCEPTED, "model": "models/a"}]
+    assert [r.model for r in Story.of(late).rounds] == ["linear", "models/b"]
+    # Another loop in between takes none of them away.
+    away = {"event": CHOSEN, "data": "data/b", "model": "linear"}
+    assert len(Story.of([*lines, away, {**away, "data": "data/sct"}]).waiting) == 2
+
+
 def test_a_loop_that_was_left_goes_on_where_it_was() -> None:
     def chosen(data: str, model: str) -> dict[str, object]:
         return {"event": CHOSEN, "data": data, "model": model}

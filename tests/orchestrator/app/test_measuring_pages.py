@@ -259,7 +259,7 @@ def test_pictures_of_the_same_points_that_can_be_picked(example: Project) -> Non
         for field, value in (("Across", "sigma_n"), ("Colour", "batch")):
             fields(user, ui.select, field)[0].set_value(value)
         await until(lambda: any(t.get("name") == "B" for f in figures(user) for t in f["data"]))
-        fields(user, ui.input, "Tests whose name holds")[0].set_value("sct00")
+        fields(user, ui.input, "Part of a test name")[0].set_value("sct00")
         await until(lambda: "of 9 tests" in shown(user))
         plot = (
             next(e for e in user.client.elements.values() if isinstance(e, ui.plotly))
@@ -270,7 +270,7 @@ def test_pictures_of_the_same_points_that_can_be_picked(example: Project) -> Non
         (listener,) = [x for x in plot._event_listeners.values() if x.type == "plotly_selected"]
         plot._handle_event({"listener_id": listener.id, "args": [2, 4, 99, "x"]})
         await user.should_see("Picked: sct003, sct005")
-        fields(user, ui.input, "Tests whose name holds")[0].set_value("nothing")
+        fields(user, ui.input, "Part of a test name")[0].set_value("nothing")
         await user.should_see("No test has such a name", retries=30)
 
     look(example, test)

@@ -15,7 +15,7 @@ from nicegui.testing import User
 from friction_models.common import InputError
 from orchestrator.app.commands import Command
 from orchestrator.app.project import HISTORY, Project, history
-from orchestrator.app.raw.moving import ASIDE, aside, move
+from orchestrator.app.raw.moving import ASIDE, aside, move, own_set
 from orchestrator.app.work.worker import Worker
 
 from .seen import built, labelled, look, shown, until
@@ -74,12 +74,53 @@ def test_a_set_is_renamed_put_aside_and_brought_back(example: Project, raw: Path
     ]
 
 
+def test_a_summary_beside_its_records_gets_a_set_of_its_own(example: Project, raw: Path) -> None:
+    (raw / "points.yaml").unlink()
+    (raw / "summary.csv").write_text(OIL)
+    before = set(files_of(example.root).values())
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements?raw=oil")
+        await built(user)
+        assert "tables of the same kind" in shown(user)
+        await user.should_see("Put oil.csv into a set of its own")
+        user.find("Put summary.csv into a set of its own").click()
+        await until(lambda: (example.root / "raw/summary/summary.csv").is_file())
+        await user.open("/measurements?raw=oil")
+        await until(lambda: "6 tests, 6 points" in shown(user))
+        await user.should_not_see("into a set of its own")
+
+    look(example, test)
+    assert set(files_of(example.root).values()) == before
+
+
+def test_the_old_address_says_where_a_set_is_now(example: Project, raw: Path) -> None:
+    for source, target in (("raw/oil", "raw/tin"), ("raw/tin", "raw/zinc")):
+        move(example, source, target)
+
+    async def test(user: User, worker: Worker) -> None:
+        await user.open("/measurements?raw=oil")
+        await user.should_see("It is called zinc now.")
+        move(example, "raw/zinc", "aside/zinc")
+        await user.open("/measurements?raw=tin")
+        await user.should_see("This set was put aside")
+        # The history is a file like any other.
+        history.add(example.root / HISTORY, history.MOVED, command="mv raw/hostile /etc")
+        history.add(example.root / HISTORY, history.MOVED, command="mv raw/'")
+        for name in ("hostile", "never"):
+            await user.open(f"/measurements?raw={name}")
+            await user.should_see("no such folder of measurement files")
+
+    look(example, test)
+
+
 def test_the_lines_of_the_history_move_the_same_files(example: Project, raw: Path, tmp_path: Path) -> None:
     again = Project.open(tmp_path / "again", example=True)
     (again.root / "raw/oil").mkdir()
     for file in raw.iterdir():
         (again.root / "raw/oil" / file.name).write_bytes(file.read_bytes())
-    move(example, "raw/oil", "raw/a")
+    assert own_set(example, "raw/oil/oil.csv") == "oil-2"
+    move(example, "raw/oil-2", "raw/a")
     move(example, "raw/a", f"{ASIDE}/a")
     for line in history.read(example.root / HISTORY):
         (again.root / ASIDE).mkdir(exist_ok=True)
@@ -97,6 +138,9 @@ def test_nothing_is_replaced_and_nothing_leaves_the_project(
     for target in ("raw/taken", "raw/file", "raw/oil", "raw/../x", "raw/--force", "raw/", f"{ASIDE}/oil"):
         with pytest.raises(InputError):
             move(example, "raw/oil", target)
+    for file in ("raw/oil/none.csv", "raw/oil", "raw/file", "data/sct/points.csv"):
+        with pytest.raises(InputError, match="no such file of measurements"):
+            own_set(example, file)
     with pytest.raises(InputError, match="no such folder"):
         move(example, "raw/none", "raw/new")
     assert raw.is_dir() and list((tmp_path / "away").iterdir()) == []

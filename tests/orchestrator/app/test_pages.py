@@ -88,8 +88,8 @@ def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> N
         assert "linear: Stribeck effect is missing" in said
         assert "What to test next" in said and said.count("What to test next") == 1
         assert "synthetic data" in said
-        # Effect, budget, ranking, residuals, their map, response, worst tests.
-        assert len(figures(user)) == 7
+        # The effect beside the words; budget, ranking, residuals, their map, worst tests.
+        assert len(figures(user)) == 6
         user.find("Add stribeck").click()
         assert waiting(worker) == [commands.models.refine("data/sct", "linear", ["stribeck"]).line]
 
@@ -218,7 +218,7 @@ def test_a_data_set_is_taken_in_hand_again_where_it_was_left(loop: Project) -> N
 
     async def test(user: User, worker: Worker) -> None:
         await user.open("/measurements")
-        user.find("Use it").click()
+        user.find("Take it in hand").click()
         await until(lambda: history.Story.of(history.read(file)).data == "data/sct")
 
     look(loop, test)

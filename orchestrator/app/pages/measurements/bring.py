@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from pathlib import Path
 
 from nicegui import events, ui
 
 from friction_models.common import InputError, atomic_path
 from friction_models.common.errors import shown
+from sct_twin.ingest.measurement_files import is_test_table
 from sct_twin.readers import SUFFIXES
 
 from ...project import history, is_name, name_of
@@ -18,6 +20,8 @@ from ..view import View
 
 #: Largest file that is taken [byte].
 LARGEST = 100_000_000
+#: So long the page waits for somebody who chooses files [s].
+CHOOSING = 600.0
 #: Adds the files of folders that are dropped on the area; the browser hands out a folder only piece by piece.
 _FOLDERS = """
 ((area) => {
@@ -47,9 +51,10 @@ _PICK_FOLDER = """
 () => {
   const field = document.createElement('input');
   field.type = 'file'; field.webkitdirectory = true; field.multiple = true;
+  field.oncancel = () => getElement(%(id)d).$el.dispatchEvent(new Event('cancel'));
   field.onchange = () => {
     const found = [...field.files].filter((f) => !f.name.startsWith('.'));
-    if (found.length) getElement(%d).$refs.qRef.addFiles(found);
+    if (found.length) getElement(%(id)d).$refs.qRef.addFiles(found);
   };
   field.click();
 }
@@ -88,12 +93,21 @@ def bring(view: View, title: str, into: str = "") -> None:
                 say(f"{name} is in the project.", "soft")
 
         async def finished() -> None:
+            nonlocal target
             # The browser has sent all; a large file may still be on its way to the disk.
             while at_work:
                 await asyncio.sleep(0.05)
-            if target and (view.project.root / RAW / target).is_dir():
-                view.note(history.BROUGHT, data=f"{RAW}/{target}")
-                ui.navigate.to(f"/measurements?raw={target}")
+            try:
+                if target and (view.project.root / RAW / target).is_dir():
+                    target = target if into else _called_after_measurements(view, target)
+                    view.note(history.BROUGHT, data=f"{RAW}/{target}")
+                    ui.navigate.to(f"/measurements?raw={target}")
+            finally:
+                view.let_go()
+
+        def rejected() -> None:
+            view.let_go()
+            ui.notify("A file is too large, or of a kind that is not read.", type="negative")
 
         upload = ui.upload(
             multiple=True,
@@ -101,20 +115,20 @@ def bring(view: View, title: str, into: str = "") -> None:
             auto_upload=True,
             max_file_size=LARGEST,
             max_files=MOST_FILES,
-            on_rejected=lambda: ui.notify(
-                "A file is too large, or of a kind that is not read.", type="negative"
-            ),
+            on_rejected=rejected,
             label="Drop files or a folder here",
         )
+        upload.on("start", lambda: view.hold(math.inf), args=[])
         upload.on("finish", finished, args=[])
+        upload.on("cancel", view.let_go, args=[])
         upload.props(f'accept="{",".join(suffixes)}" flat bordered').classes("upload")
         ui.run_javascript(_FOLDERS % upload.id)
         # The button of the uploader has no name for a screen reader.
         with ui.element("div").classes("buttons"):
-            choose = button("Choose files", lambda: None)
+            choose = button("Choose files", lambda: view.hold(CHOOSING))
             choose.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
-            folder = button("Choose a folder", lambda: None)
-            folder.on("click", js_handler=_PICK_FOLDER % upload.id)
+            folder = button("Choose a folder", lambda: view.hold(CHOOSING))
+            folder.on("click", js_handler=_PICK_FOLDER % {"id": upload.id})
 
 
 def _why(view: View, error: Exception) -> str:
@@ -132,6 +146,18 @@ def _new_set(view: View, file: str) -> str:
     _check_suffix(name_of(file), MAPS)
     name = free_name(view.project, RAW, set_name(file))
     view.project.inside(f"{RAW}/{name}").mkdir()
+    return name
+
+
+def _called_after_measurements(view: View, target: str) -> str:
+    """Return the name of a new set, another one where only the test table, which came first, gave it its name."""
+    folder = view.project.inside(f"{RAW}/{target}")
+    files = sorted(p for p in folder.iterdir() if p.suffix.lower() in SUFFIXES)
+    measured = [p for p in files if not is_test_table(p)]
+    if not measured or target not in {set_name(p.name) for p in files if is_test_table(p)}:
+        return target
+    name = free_name(view.project, RAW, set_name(measured[0].name))
+    folder.rename(folder.with_name(name))
     return name
 
 

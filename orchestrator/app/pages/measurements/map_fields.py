@@ -11,10 +11,12 @@ import pandas as pd
 from nicegui import ui
 
 from friction_models.common.markup import escape
+from friction_models.loads.contract import POINT_UNITS
 from sct_twin.readers import RawTable
 
 from ...raw.map_form import TEST_TABLE, ColumnForm, MapForm, choices, number, units_of
-from ..parts import choice, heading, say, words
+from ..parts import choice, fold, heading, say, words
+from ..view import View
 
 #: From so many columns on, those that are not used are folded away.
 _MANY = 4
@@ -23,7 +25,10 @@ _MANY = 4
 class MapFields:
     """The fields; `changed` is called when one of them has another value."""
 
-    def __init__(self, form: MapForm, table: RawTable, changed: Callable[[], Awaitable[None]]) -> None:
+    def __init__(
+        self, view: View, form: MapForm, table: RawTable, changed: Callable[[], Awaitable[None]]
+    ) -> None:
+        self.view = view
         self.form, self.table, self._changed = form, table, changed
         self.units: dict[str, ui.input] = {}
         self.limits: dict[str, tuple[ui.number, ui.number]] = {}
@@ -38,7 +43,8 @@ class MapFields:
                 self._row(column)
         if folded:
             names = ", ".join(c.name for c in spare)
-            with ui.expansion(f"{len(spare)} columns are not used: {names}").classes("other spare"):
+            title = f"{len(spare)} columns are not used: {names}"
+            with fold(self.view, title, "spare columns", "other spare"):
                 for column in spare:
                     self._row(column)
         if len(self.table.frame.columns) > len(self.form.columns):
@@ -74,12 +80,14 @@ class MapFields:
                 units_of(column.is_, records),
             )
             unit.props["aria-label"] = f"unit of {column.name}"
+            self._assumed(unit, column)
             unit.classes("short").set_visibility(column.is_ not in {"", "test_id", TEST_TABLE})
             self.units[column.name] = unit
             if not column.number:
                 return
             more = "sign, zero reading, scale" if records else "sign, limits"
-            with ui.expansion(more).classes("other mapmore"), ui.element("div").classes("choices"):
+            folded = fold(self.view, more, f"more of {column.name}", "other mapmore")
+            with folded, ui.element("div").classes("choices"):
                 if records:
                     choice(
                         "sign", {"1": "+", "-1": "−"}, str(column.sign), partial(self._sign, column)
@@ -97,6 +105,11 @@ class MapFields:
                         self._number("rows from", column.low, partial(self._set, column, "low")),
                         self._number("up to", column.high, partial(self._set, column, "high")),
                     )
+
+    def _assumed(self, unit: ui.input, column: ColumnForm) -> None:
+        """Show the unit that holds where none is stated; records must state theirs."""
+        if not self.form.records:
+            unit.props("stack-label").props["placeholder"] = POINT_UNITS.get(column.is_, "")
 
     def _more(self) -> None:
         form = self.form
@@ -162,6 +175,7 @@ class MapFields:
         column.is_ = str(value or "")
         self.units[column.name].set_visibility(column.is_ not in {"", "test_id", TEST_TABLE})
         self.units[column.name].set_autocomplete(units_of(column.is_, self.form.records))
+        self._assumed(self.units[column.name], column)
         await self._changed()
 
     async def _unit(self, column: ColumnForm, value: str) -> None:

@@ -10,8 +10,8 @@ from friction_models.common import InputError
 
 from ...project import is_name
 from ...raw.files import RAW, free_name
-from ...raw.moving import ASIDE, aside, move
-from ..parts import button, heading, say
+from ...raw.moving import ASIDE, aside, move, own_set
+from ..parts import button, fold, heading, say
 from ..view import View
 
 
@@ -28,7 +28,7 @@ def rename_or_put_aside(view: View, name: str) -> None:
         _move(view, place, aside(view.project, name))
         ui.navigate.to("/measurements")
 
-    with ui.expansion("Another name for this set, or away with it").classes("other"):
+    with fold(view, "Another name for this set, or away with it"):
         with ui.element("div").classes("choices"):
             field = ui.input("New name", value=name)
             field.props("outlined dense").classes("choice")
@@ -57,10 +57,22 @@ def bring_back(view: View) -> None:
             button(f"Bring {name} back", partial(back, name))
 
 
-def _move(view: View, source: str, target: str) -> None:
-    if any(source in job.command.places for job in view.worker.current()):
+def into_own_set(view: View, file: str) -> None:
+    """Put a file of a set into a set of its own, and go there."""
+    _check_idle(view, "/".join(file.split("/")[:2]))
+    name = own_set(view.project, file)
+    view.worker.changes += 1
+    ui.navigate.to(f"/measurements?raw={name}")
+
+
+def _check_idle(view: View, place: str) -> None:
+    if any(place in job.command.places for job in view.worker.current()):
         raise InputError(
-            f"{source}: a command that runs or waits names it; allowed: when that has ended, or was cancelled"
+            f"{place}: a command that runs or waits names it; allowed: when that has ended, or was cancelled"
         )
+
+
+def _move(view: View, source: str, target: str) -> None:
+    _check_idle(view, source)
     move(view.project, source, target)
     view.worker.changes += 1

@@ -76,7 +76,7 @@ def _data_set(view: View, name: str, looked: _Found | str, in_hand: str) -> None
             if name == in_hand:
                 ui.link("Ask what is missing", "/").classes("button first")
             else:
-                button("Use it", partial(taken_in.use, view, name), "first")
+                button("Take it in hand", partial(taken_in.use, view, name), "first")
             ui.link("Explore", f"/explore?data={name}").classes("button")
             if (view.project.root / name).is_dir():
                 ui.link("Edit the test table", f"/measurements?tests={name}").classes("button")

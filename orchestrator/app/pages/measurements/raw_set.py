@@ -6,6 +6,7 @@ import asyncio
 import re
 from collections.abc import Mapping
 from functools import partial
+from pathlib import PurePosixPath
 from typing import Any
 
 from nicegui import ui
@@ -21,24 +22,31 @@ from sct_twin.records.channels import CHANNELS
 from ... import commands
 from ...commands import Command
 from ...figures.raw import columns_figure, loads_figure, preview_row
-from ...project import history
-from ...raw.files import RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
+from ...project import history, is_name
+from ...raw.files import RAW, RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
 from ...raw.map_form import MapForm, beyond_limits, looks_like_records
+from ...raw.moving import moved_to
 from ...work.job import DONE, FAILED
 from ..frame import page_head
-from ..parts import button, choice, empty, gone, heading, line, picture, say, words
+from ..parts import button, choice, empty, fold, gone, heading, line, picture, refused, say, words
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields
-from .moving import rename_or_put_aside
-from .taken_in import campaign, data_set, rounded
+from .moving import into_own_set, rename_or_put_aside
+from .taken_in import came_of, campaign, data_set, rounded
 
+#: What the reader of tables says of a test that stands in two files.
+_SAME_TESTS = "allowed: each test in one file"
 #: How long the page waits for the next letter before it looks at the map again [s].
 PAUSE = 0.35
 
 
 async def show(view: View, name: str) -> None:
     """Show the page."""
+    place = f"{RAW}/{name}"
+    if is_name(name) and not (view.project.root / place).exists() and (now := moved_to(view.project, place)):
+        _moved(name, now)
+        return
     found = await asyncio.to_thread(raw_set, view.project, name)
     page_head(f"Measurements: {name}")
     ui.link("All measurements", "/measurements")
@@ -73,9 +81,19 @@ async def show(view: View, name: str) -> None:
     page = _Page(view, found, form)
     page.build()
     await page.look()
-    with ui.expansion("Add files to this set").classes("other"):
+    with fold(view, "Add files to this set"):
         bring(view, "More files", name)
     rename_or_put_aside(view, name)
+
+
+def _moved(name: str, now: str) -> None:
+    """Say where a set is that has another name now, as one comes by the button Back of the browser."""
+    page_head(f"Measurements: {name}")
+    top, _, new = now.partition("/")
+    if top == RAW:
+        empty("This set has another name", f"It is called {new} now.", (new, f"/measurements?raw={new}"))
+    else:
+        empty("This set was put aside", "It can be brought back.", ("All measurements", "/measurements"))
 
 
 class _Page:
@@ -89,10 +107,11 @@ class _Page:
     def build(self) -> None:
         """Build form, picture and buttons."""
         # What came of the files stands first: it is the way on.
+        self.view.first(*came_of(self.view, self.found.name))
         if self.form.records:
             campaign(self.view, self.found.name)
         data_set(self.view, self.found.name)
-        self.fields = MapFields(self.form, self.table, self._changed)
+        self.fields = MapFields(self.view, self.form, self.table, self._changed)
         with ui.element("section").classes("panel"):
             self.fields.build()
         self.verdict = ui.element("div").props('role="status"')
@@ -138,6 +157,10 @@ class _Page:
         if found is not None:
             said = f"Leave out {counted(found.rows, 'row')} with {found.column} {found.words}"
             button(said, lambda: self.fields.limit(found.column, found.low, found.high))
+        with ui.element("div").classes("buttons"):
+            for file in _same_tests(problem, self.found.files):
+                said = f"Put {PurePosixPath(file).name} into a set of its own"
+                button(said, partial(into_own_set, self.view, file))
 
     def _try(self) -> tuple[dict[str, object] | None, list[str] | None, str, list[Any]]:
         row, said, problem, figures = None, None, "", []
@@ -167,7 +190,7 @@ class _Page:
             button("Save the map", self._save)
             button("Look through all files", partial(self._run, look_through)).set_enabled(complete)
         line(command)
-        with ui.expansion("The map as a file").classes("other"):
+        with fold(self.view, "The map as a file"):
             words(f"<pre>{escape(map_text(self.form.content()))}</pre>")
         last = self.view.worker.last(look_through.arguments)
         if last is not None and last.state in {DONE, FAILED}:
@@ -179,7 +202,7 @@ class _Page:
             (ChannelMap if self.form.records else PointMap).load(self.form.content())
             path = save_map(self.view.project, self.found.place, self.form.records, self.form.content())
         except InputError as error:
-            ui.notify(f"Not saved: {error}", type="negative")
+            refused(error, "Not saved: ")
             return
         self.view.note(history.SAVED, file=path)
         ui.notify(f"{path} is saved.", type="positive")
@@ -207,6 +230,19 @@ def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Comman
     )
 
 
+def _same_tests(problem: str, files: list[str]) -> list[str]:
+    """Return the two files of a set that hold the same tests, as a summary does; none for another problem.
+
+    Examples
+    --------
+    >>> said = "raw/oil/all.csv: test 'a' stands in mean.csv, too; allowed: each test in one file"
+    >>> _same_tests(said, ["raw/oil/all.csv", "raw/oil/mean.csv", "raw/oil/more.csv"])
+    ['raw/oil/all.csv', 'raw/oil/mean.csv']
+    """
+    told = re.search(rf"test '.*' stands in (.+), too; {_SAME_TESTS}", problem)
+    return [f for f in files if told and (problem.startswith(f"{f}: ") or PurePosixPath(f).name == told[1])]
+
+
 def _hint(problem: str, records: bool) -> str:
     """Return where on the page it can be mended.
 
@@ -215,6 +251,8 @@ def _hint(problem: str, records: bool) -> str:
     >>> _hint("channel map: quantity 'F_r' is mapped 0 times; allowed: exactly once", True)
     'Say above which column is F_r: force that drives the plate.'
     """
+    if _SAME_TESTS in problem:
+        return "The files of a set are tables of the same kind, with other tests in each."
     if not records:
         return "Rows that do not count can be left out: see sign, limits beside a column."
     if told := re.search(r"quantity '(\w+)' is mapped (\d+) times", problem):

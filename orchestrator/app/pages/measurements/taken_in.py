@@ -12,6 +12,7 @@ from friction_models.common.files import read_json
 from friction_models.common.markup import bullets, table
 
 from ... import commands
+from ...project.project import changed
 from ..parts import action, button, heading, say, words
 from ..view import View
 
@@ -34,6 +35,12 @@ def data_set(view: View, name: str) -> None:
                 button("Ask what is missing", partial(ask, view, place), "first")
                 ui.link("Explore", f"/explore?data={place}").classes("button")
                 ui.link("Edit the test table", f"/measurements?tests={place}").classes("button")
+
+
+def came_of(view: View, name: str) -> list[float]:
+    """Return when each file was written that tells of what came of a set."""
+    files = (view.project.root / f for f in (f"campaigns/{name}/quality.csv", f"data/{name}/points.csv"))
+    return [changed(f) for f in files if f.is_file()]
 
 
 def ask(view: View, place: str) -> None:

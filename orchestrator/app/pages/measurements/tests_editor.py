@@ -16,6 +16,7 @@ from ...commands import Command
 from ..frame import page_head
 from ..parts import button, choice, line, say
 from ..view import View
+from . import taken_in
 
 #: Columns that are often wanted, with what stands in them.
 _USUAL = {
@@ -165,6 +166,10 @@ class _Editor:
         self.status.clear()
         self.foot.clear()
         if not self.changes:
+            if self.place.startswith("data/"):
+                with self.foot, ui.element("div").classes("buttons action"):
+                    button("Ask what is missing", partial(taken_in.ask, self.view, self.place), "first")
+                    ui.link("Explore", f"/explore?data={self.place}").classes("button")
             return
         triples = [(t, c, v) for (t, c), v in self.changes.items()]
         changed = self.found.changed(triples)
@@ -177,6 +182,7 @@ class _Editor:
                     "No test has the role train yet: models learn from tests with that role, so give it to the others.",
                     "problem",
                 )
+                button("Give the others the role train", partial(self._train_the_rest, triples))
         with self.foot:
             with ui.element("div").classes("buttons action"):
                 button("Save the table", partial(self._save, command), "first")
@@ -184,6 +190,16 @@ class _Editor:
             line(command)
             say("The table before is kept in the folder earlier beside it.", "soft")
         self._draw(changed)
+
+    def _train_the_rest(self, changes: list[tuple[str, str, str]]) -> None:
+        """Give the role train to all first: what was given to some stands behind it, and counts."""
+        held = [
+            c["test_id"] for c in self.found.changed(changes).cells() if c.get("role", "").strip() == "test"
+        ]
+        before = [c["test_id"] for c in self.found.cells() if c.get("role", "").strip() == "test"]
+        # A test that was held out before has to be named once more.
+        again = [(test, "role", "test") for test in before if test in held]
+        self._note([("*", "role", "train"), *again, *changes])
 
     def _save(self, command: Command) -> None:
         self.view.worker.start(command)
