@@ -52,6 +52,10 @@ def test_what_only_the_earlier_run_holds_is_not_lost(place: Path) -> None:
     assert run(["simulate", "system.yaml", "--csv", "-o", "a"]) == 0
     assert run(["simulate", "system.yaml", "-o", "a"]) == 0
     assert (place / "a.1/results.csv").is_file() and not (place / "a/results.csv").exists()
+    # What --local-errors adds is part of a run.
+    (place / "a/local_errors.nc").write_bytes((place / "a/results.nc").read_bytes())
+    assert run(["simulate", "system.yaml", "-o", "a"]) == 0
+    assert (place / "a.2/local_errors.nc").is_file()
 
 
 def test_files_are_kept_too(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
