@@ -33,9 +33,8 @@ def histories(campaign: Campaign) -> dict[str, FloatArray]:
     if len(campaign.starts) == len(campaign.tests):
         return {}  # averages of whole tests have no history
     told = [rankdata(transformed(campaign, n)) for n in LOAD_NAMES if campaign.varies(n)]
-    known = [
-        ranks for ranks in told if np.ptp(ranks) > 0.0
-    ]  # not where it varies only between the points of an average
+    # A load that varies only between the points of an average says nothing here.
+    known = [ranks for ranks in told if np.ptp(ranks) > 0.0]
     found = {}
     for name, values in _all(campaign).items():
         ranks = rankdata(values)

@@ -9,8 +9,7 @@ regression; Rasmussen, Williams: Gaussian Processes for Machine Learning (2006),
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,25 +18,11 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.optimize import minimize
 
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ..campaign.binning import Campaign
-from ..campaign.curves import products, transformed
-from ..campaign.metadata import MOST_LEVELS, is_text
-from .histories import histories
 from .noise_floor import Layout, NoiseFloor, Whitener
+from .reference_curves import reference_curves
 
-#: Places along a load or along metadata between which a curve may bend.
-PLACES = 6
-#: The same along the distance, where friction changes fast at first.
-DISTANCE_PLACES = 8
-#: Distance, in standard deviations of a load, over which a curve keeps its value.
-REACH, DISTANCE_REACH = 0.8, 0.4
-#: Directions of each of two curves that their product uses.
-IN_PRODUCTS = 3
-#: The same where one of them runs along metadata; of so many columns of metadata, those with the fewest levels first.
-WITH_METADATA, METADATA_IN_PRODUCTS = 2, 4
-#: Metadata that agrees with a load by more than this correlation over the tests is that load.
-SAME_AS_LOAD = 0.999
 #: Tests from which the prior variances are estimated, at most.
 MOST_TESTS = 200
 #: Prior of the natural logarithm of the variances, mean and spread: of curves and offsets over the variance of mu; of
@@ -45,21 +30,6 @@ MOST_TESTS = 200
 PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 2.0), "offset": (-1.0, 2.0), "noise": (0.0, 0.7)}
 
 Mask = npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class Curves:
-    """Curves along one quantity, or products of those along two.
-
-    Attributes
-    ----------
-    of : tuple of int
-        Places of the quantities in `Reference.names`.
-    columns : ndarray, shape (m, k)
-    """
-
-    of: tuple[int, ...]
-    columns: FloatArray
 
 
 class _Prepared(NamedTuple):
@@ -92,7 +62,7 @@ class Reference:
     def __init__(self, campaign: Campaign, floor: NoiseFloor, y: FloatArray) -> None:
         self.campaign, self.y = campaign, y
         self.scale = float(np.std(y)) or 1e-9
-        self.names, self.curves = _curves(campaign)
+        self.names, self.curves = reference_curves(campaign)
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
         self._starts = np.flatnonzero(np.r_[True, np.diff(campaign.test) != 0])
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
@@ -270,77 +240,3 @@ def _decorrelated(
         return (flat - one[:, None] * (share[:, None] * common)[test]).reshape(rows.shape)
 
     return apply
-
-
-def _curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
-    """Return the quantities that tell points or tests apart, and curves along them and products."""
-    names: list[str] = []
-    columns: list[FloatArray] = []
-    means: list[FloatArray] = []
-
-    def level(values: FloatArray) -> FloatArray:
-        mean = campaign.of_tests(values)
-        return np.asarray((mean - mean.mean()) / max(float(mean.std()), 1e-300))
-
-    for name in LOAD_NAMES:
-        if name in campaign.absent or not campaign.varies(name):
-            continue
-        along = name == "sd"
-        values = transformed(campaign, name)
-        names.append("distance" if along else name)
-        columns.append(
-            _smooth(values, DISTANCE_PLACES if along else PLACES, DISTANCE_REACH if along else REACH)
-        )
-        means.append(level(values))
-    if "distance" not in names and len(campaign.starts) > len(
-        campaign.tests
-    ):  # the number of the point, then
-        distance = np.sqrt(campaign.average(campaign.distance))
-        names.append("distance")
-        columns.append(_smooth(distance, DISTANCE_PLACES, DISTANCE_REACH))
-    mains = len(names)
-    for name, values in histories(campaign).items():
-        names.append(name)
-        columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH))
-    levels_of: dict[int, int] = {}
-    for name in sorted(campaign.system):
-        values = campaign.average(campaign.system[name][:, 0])
-        known = level(values)
-        same = any(abs(float(known @ m)) > SAME_AS_LOAD * len(known) for m in means)
-        levels = np.unique(values)
-        if same or len(levels) < 2:
-            continue
-        if name == "batch" or is_text(campaign.loads, name):
-            if len(levels) > MOST_LEVELS * len(campaign.tests):
-                continue
-            block = (values[:, None] == levels[None, :]).astype(float)
-        else:
-            block = _smooth(values, min(PLACES, len(levels)), REACH)
-            means.append(known)
-        levels_of[len(names)] = len(levels)
-        names.append(name)
-        columns.append(block)
-    found = [Curves((k,), c) for k, c in enumerate(columns)]
-    leading = [_leading(c) for c in columns]
-    found += [Curves((a, b), products(leading[a], leading[b])) for a, b in combinations(range(mains), 2)]
-    for b in sorted(levels_of, key=lambda k: levels_of[k])[:METADATA_IN_PRODUCTS]:
-        few = leading[b][:, :WITH_METADATA]
-        found += [Curves((a, b), products(leading[a][:, :WITH_METADATA], few)) for a in range(mains)]
-    return names, found
-
-
-def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:
-    """Return columns whose random combinations are smooth curves of variance about one, and a straight line."""
-    z = (values - values.mean()) / max(float(values.std()), 1e-300)
-    at = np.unique(np.quantile(z, np.linspace(0.0, 1.0, places)).round(9))
-    kernel = np.exp(-0.5 * ((at[:, None] - at[None, :]) / reach) ** 2) + 1e-6 * np.eye(len(at))
-    root = np.linalg.inv(np.linalg.cholesky(kernel))
-    return np.column_stack([z, np.exp(-0.5 * ((z[:, None] - at[None, :]) / reach) ** 2) @ root.T])
-
-
-def _leading(columns: FloatArray) -> FloatArray:
-    """Return the strongest directions of a block of curves, shape (m, at most IN_PRODUCTS)."""
-    centred = columns - columns.mean(axis=0)
-    u, s, _ = np.linalg.svd(centred, full_matrices=False)
-    kept = s[:IN_PRODUCTS] > 1e-6 * s[0]
-    return np.asarray(u[:, :IN_PRODUCTS][:, kept] * s[:IN_PRODUCTS][kept])
