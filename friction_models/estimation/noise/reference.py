@@ -1,8 +1,8 @@
 """How well tests can be predicted from one another: a flexible reference that no formula limits.
 
-Smooth curves along each load, along the distance and along metadata, and products of two of them (of metadata only with
-loads: a law may differ from batch to batch), with Gaussian priors;
-tests have an offset of their own. The prior variances follow from the restricted likelihood (Gaussian process
+Smooth curves along each load, along the distance, along what the contact has been through and along metadata, and products of
+two of them (of metadata only with loads: a law may differ from batch to batch), with Gaussian priors;
+tests have an offset of their own. Each product has a size of its own: what belongs to two quantities together need not show along either. The prior variances follow from the restricted likelihood (Gaussian process
 regression; Rasmussen, Williams: Gaussian Processes for Machine Learning (2006), sections 2.7 and 5.4.1).
 """
 
@@ -56,7 +56,7 @@ class Reference:
     Attributes
     ----------
     names : list of str
-        Quantities along which it has curves: loads, ``distance``, metadata.
+        Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
     """
 
     def __init__(self, campaign: Campaign, floor: NoiseFloor, y: FloatArray) -> None:
