@@ -35,6 +35,8 @@ def watched() -> Iterator[None]:
     finally:
         signal.signal(signal.SIGINT, before)
         sys.unraisablehook = told
+        # What runs later in this process was not interrupted.
+        _Noticed.received = False
 
 
 def _notice(number: int, frame: Any) -> None:
@@ -43,7 +45,7 @@ def _notice(number: int, frame: Any) -> None:
 
 
 def received() -> bool:
-    """Return whether there was an interrupt since `watched` began."""
+    """Return whether there was an interrupt in the block of `watched` that is running."""
     return _Noticed.received
 
 

@@ -103,4 +103,5 @@ def test_an_interrupt_where_nothing_can_be_raised_is_noticed_and_not_printed(
         held = Held()
         del held
         assert interrupts.received()
+    assert not interrupts.received()  # a later command of the same process goes on
     assert capfd.readouterr().err == ""
