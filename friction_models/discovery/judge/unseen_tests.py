@@ -18,6 +18,7 @@ from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import evaluate_points
 from ...families.composed import ComposedFriction
 from ...loads import FloatArray, TriboLoads
+from ...loads.splits import Mask
 from ...models.base import FrictionModel
 from ...models.variables import as_numbers
 
@@ -26,8 +27,6 @@ FOLDS = 4
 FEW = 16
 #: Fewest tests of which some can be left out.
 LEAST_TESTS = 4
-
-Mask = npt.NDArray[np.bool_]
 
 
 def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:

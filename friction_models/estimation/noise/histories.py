@@ -46,17 +46,12 @@ def histories(campaign: Campaign) -> dict[str, FloatArray]:
 
 def _all(campaign: Campaign) -> dict[str, FloatArray]:
     loads, starts = campaign.loads, campaign.point_starts
-    lengths = np.diff(np.r_[starts, len(loads)])
-    first = np.repeat(starts, lengths)
     found = {}
     if loads.t is not None or "v_rel" not in campaign.absent:
-        passed = np.cumsum(time_steps(loads, starts))
-        found["time"] = _growing(campaign, passed - passed[first])
+        found["time"] = _growing(campaign, time_steps(loads, starts))
     if "sigma_n" not in campaign.absent:
-        way = np.diff(campaign.distance, prepend=0.0)
-        way[starts] = 0.0
-        path = np.cumsum(loads.sigma_n * np.maximum(way, 0.0))
-        found["load path"] = _growing(campaign, path - path[first])
+        way = np.maximum(np.diff(campaign.distance, prepend=0.0), 0.0)  # back to 0 where a test begins
+        found["load path"] = _growing(campaign, loads.sigma_n * way)
     for name in RETURNING:
         values = getattr(loads, name)
         highest = np.concatenate([np.maximum.accumulate(part) for part in np.split(values, starts[1:])])
@@ -65,7 +60,8 @@ def _all(campaign: Campaign) -> dict[str, FloatArray]:
     return found
 
 
-def _growing(campaign: Campaign, values: FloatArray) -> FloatArray:
-    """Return averages of a quantity that grows from nothing, on a logarithmic scale that begins at a small share of the largest."""
-    mean = campaign.average(values)
+def _growing(campaign: Campaign, steps: FloatArray) -> FloatArray:
+    """Return averages of what grows by these steps since each test began, on a logarithmic scale."""
+    total = np.cumsum(steps)
+    mean = campaign.average(total - total[campaign.point_starts][campaign.point_test])
     return np.asarray(np.log(mean + START * max(float(mean.max()), 1e-300)))

@@ -19,6 +19,7 @@ from scipy.linalg.lapack import dpotrf, dpotri
 from scipy.optimize import minimize
 
 from ...loads import FloatArray
+from ...loads.splits import Mask
 from ..campaign.binning import Campaign
 from .noise_floor import Layout, NoiseFloor, Whitener
 from .reference_curves import reference_curves
@@ -28,8 +29,6 @@ MOST_TESTS = 200
 #: Prior of the natural logarithm of the variances, mean and spread: of curves and offsets over the variance of mu; of
 #: products over the product of the variances of both curves; of noise over that of the floor, which is known from within tests.
 PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 2.0), "offset": (-1.0, 2.0), "noise": (0.0, 0.7)}
-
-Mask = npt.NDArray[np.bool_]
 
 
 class _Prepared(NamedTuple):
