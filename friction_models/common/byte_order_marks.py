@@ -25,7 +25,7 @@ def marked_encoding(head: bytes) -> str:
     return next((encoding for mark, encoding in _MARKS if head.startswith(mark)), "utf-8-sig")
 
 
-def decoded(raw: bytes, errors: str = "strict") -> str:
+def decoded(raw: bytes) -> str:
     """Return a text of UTF-8, or of UTF-16 or UTF-32 with a mark.
 
     Raises UnicodeDecodeError.
@@ -35,4 +35,4 @@ def decoded(raw: bytes, errors: str = "strict") -> str:
     >>> decoded("µ".encode("utf-16")) == decoded("µ".encode()) == "µ"
     True
     """
-    return raw.decode(marked_encoding(raw), errors)
+    return raw.decode(marked_encoding(raw))

@@ -118,9 +118,8 @@ def decode(raw: bytes, file: Path) -> tuple[str, str]:
     """
     marked = marked_encoding(raw)
     if marked != "utf-8-sig":
-        return raw[: len(raw) // 4 * 4 if marked == "utf-32" else len(raw) // 2 * 2].decode(
-            marked, "replace"
-        ), marked
+        unit = 4 if marked == "utf-32" else 2
+        return raw[: len(raw) // unit * unit].decode(marked, "replace"), marked
     if b"\0" in raw or raw[:2] in (b"PK", b"\x80\x04", b"\x80\x05", b"\x1f\x8b"):
         raise _binary(file)
     try:
