@@ -11,7 +11,7 @@ import pytest
 
 from friction_models import LinearFriction
 from friction_models.estimation.campaign.binning import Campaign, prepare
-from friction_models.estimation.noise import reference as module
+from friction_models.estimation.noise import reference_variances as module
 from friction_models.estimation.noise.noise_floor import NoiseFloor
 from friction_models.estimation.noise.reference import Reference
 from friction_models.estimation.search.base_law import base_law

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -42,8 +43,8 @@ class Curves:
     columns: FloatArray
 
 
-def reference_curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
-    """Return the quantities that tell points or tests apart, and curves along them and products."""
+def reference_curves(campaign: Campaign, without: Collection[str] = ()) -> tuple[list[str], list[Curves]]:
+    """Return the quantities that tell points or tests apart, and curves along them and products; `without` some metadata."""
     names: list[str] = []
     columns: list[FloatArray] = []
     means: list[FloatArray] = []
@@ -73,7 +74,7 @@ def reference_curves(campaign: Campaign) -> tuple[list[str], list[Curves]]:
         names.append(name)
         columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH))
     levels_of: dict[int, int] = {}
-    for name in sorted(campaign.system):
+    for name in sorted(set(campaign.system).difference(without)):
         values = campaign.average(campaign.system[name][:, 0])
         known = level(values)
         same = any(abs(float(known @ m)) > SAME_AS_LOAD * len(known) for m in means)
