@@ -85,6 +85,33 @@ def test_metadata_in_words_is_followed() -> None:
     assert np.var(error) < 0.15 * np.var(law)
 
 
+def with_names(seed: int, shifted: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return predictions of a hidden product without and with a column of three names, to one of which mu owes a shift."""
+    data = measured(np.random.default_rng(seed), tests=48, points=6, between=SCATTER)
+    z = {n: (data[n] - data[n].mean()) / data[n].std() for n in ("v_rel", "sigma_n")}
+    ids = data["test_id"].unique()
+    drawn = np.random.default_rng(1000 + seed).choice(["A", "B", "C"], len(ids))
+    shift = shifted * data["test_id"].map(dict(zip(ids, drawn == "B", strict=True)))
+    data = data.assign(mu=data["mu"] + 0.006 * z["v_rel"] * z["sigma_n"] + shift)
+    known = pd.DataFrame({"test_id": ids, "material": np.resize(["X", "Y"], len(ids))})
+    found = []
+    for tests in (known, known.assign(lot=drawn)):
+        reference, base, folds = reference_of(prepare(data, tests))
+        found.append(reference.out_of_fold(base, folds))
+    return found[0], found[1]
+
+
+def test_metadata_that_say_nothing_change_nothing() -> None:
+    same = [np.array_equal(*with_names(seed, shifted=0.0)) for seed in range(8)]
+    assert sum(same) >= 7  # by chance, one column of three names in some twenty looks like something
+
+
+def test_metadata_that_say_something_stay() -> None:
+    for seed in range(5):
+        without, with_lot = with_names(seed, shifted=0.01)
+        assert np.std(with_lot - without) > 0.003
+
+
 @pytest.mark.parametrize("anew", [True, False])
 def test_tests_that_are_predicted_anew_have_no_part_in_their_prediction(anew: bool) -> None:
     """Exchanging what was measured in the tests of one fold must not change what the others say of them."""

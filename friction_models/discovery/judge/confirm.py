@@ -34,9 +34,9 @@ ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
 DIVISIONS = 4
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
 CLEAR = 0.01
-#: What is less clear must take this share of the squared error on unseen tests: effects that are both small and hardly
-#: significant are mostly chance.
-WEAK_SHARE = 0.3
+#: What is less clear must take this share of the squared error on unseen tests, or fall along them by so many standard errors:
+#: effects that are both small and hardly significant are mostly chance. Of few tests, chance leaves nothing very significant.
+WEAK_SHARE, SURE_ALONG = 0.3, 4.0
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
 #: by this share.
 MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
@@ -233,6 +233,7 @@ class Confirm:
         after = self.unseen.errors(_effects([*kept, fit]))
         p = self.found.p_value(fit)
         weak = not kept and p >= CLEAR and lead(before.total, after.total)[0] < WEAK_SHARE * before.rms**2
+        weak = weak and lead(before.within, after.within)[1] < SURE_ALONG
         return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
 
     def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> tuple[str, ...]:

@@ -96,6 +96,18 @@ def test_few_tests_never_give_a_confident_answer(count: int, answer: Ask, worn: 
         assert any("test" in w for w in found.warnings)
 
 
+def eight(seed: int, fall: float) -> pd.DataFrame:
+    """Return eight tests with scatter among them along which mu falls as 1/(1 + sd), another form than the catalogue's."""
+    data = measured(np.random.default_rng(seed), tests=8, points=24, between=0.006, sensor=0.002)
+    return data.assign(mu=data["mu"] + fall / (1.0 + data["sd"]))
+
+
+def test_what_every_test_shows_along_its_path_is_named_however_much_they_scatter() -> None:
+    named = [diagnose(eight(seed, 0.02), seed=0).effects[:1] for seed in range(6)]
+    assert sum(names == ["running_in"] for names in named) >= 5
+    assert not any(diagnose(eight(seed, 0.0), seed=0).effects for seed in range(6))
+
+
 def test_loads_that_never_vary_are_refused_and_one_level_is_said(answer: Ask, worn: Any) -> None:
     points, tests = worn
     flat = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, sd=10.0, psi=1.2)
