@@ -9,11 +9,12 @@ from scipy.stats import kstest
 from friction_models.estimation.search.scan import Prepared, Projector, prepare_candidate, rank
 from friction_models.estimation.search.significance import (
     REPLICATES,
+    Freedom,
+    Significance,
+    Simulated,
     alike,
     confusion_set,
-    maximum_gains,
     null_noise,
-    p_value,
     simulate,
     stays_first,
 )
@@ -22,6 +23,9 @@ from .estimation_cases import candidate
 
 M = 120
 BASE = np.ones((M, 1))
+ONE_TEST = np.zeros(M, dtype=int)
+#: Freedom with which a floor is as good as known.
+KNOWN = Freedom(1e9, 1e9)
 
 
 def catalogue(rng: np.random.Generator, effects: int = 6, sets: int = 5) -> list[Prepared]:
@@ -33,6 +37,12 @@ def catalogue(rng: np.random.Generator, effects: int = 6, sets: int = 5) -> list
     ]
 
 
+def in_noise(prepared: list[Prepared], freedom: Freedom, rng: np.random.Generator) -> Simulated:
+    """Return what effects see of the noise of a single test."""
+    noise = null_noise(np.zeros(M), np.ones(M), ONE_TEST, freedom, rng, REPLICATES)
+    return simulate(prepared, Projector(BASE), noise)
+
+
 @pytest.mark.parametrize("freedom", [5.0, 1e9])
 def test_family_wise_p_values_are_uniform_where_nothing_is_missing(freedom: float) -> None:
     rng = np.random.default_rng(0)
@@ -40,22 +50,59 @@ def test_family_wise_p_values_are_uniform_where_nothing_is_missing(freedom: floa
     for _ in range(200):
         # the floor is estimated: the noise is larger or smaller than it says, by chi-square of its degrees of freedom
         noise = rng.normal(size=M) * np.sqrt(freedom / rng.chisquare(freedom))
-        null = maximum_gains(
-            prepared,
-            simulate(
-                prepared, project, null_noise(np.zeros(M), np.zeros(M, dtype=int), freedom, rng, REPLICATES)
-            ),
-        )
-        values.append(p_value(rank(prepared, project(noise))[0].gain, null))
+        simulated = in_noise(prepared, Freedom(freedom, freedom), rng)
+        first = rank(prepared, project(noise))[0]
+        values.append(Significance(prepared, simulated, np.ones(M), ONE_TEST).p_value(first.name, first.gain))
     assert kstest(values, "uniform").pvalue > 0.01
     assert 0.015 < np.mean(np.array(values) < 0.05) < 0.1
 
 
+TESTS, BINS = 10, 12
+
+
+def between_and_along(rng: np.random.Generator, alarm: float) -> tuple[float, dict[str, float]]:
+    """Return the least p-value of ten tests whose scatter is known by three degrees of freedom and whose noise by thirty.
+
+    Three columns differ from test to test, three along every test; the noise holds `alarm` times the first of the latter.
+    """
+    test = np.repeat(np.arange(TESTS), BINS)
+    ones, project = np.ones(len(test)), Projector(np.ones((len(test), 1)))
+    levels = rng.normal(size=(TESTS, 3))[test]
+    courses = np.linalg.qr(np.linspace(-1.0, 1.0, BINS)[:, None] ** [1, 2, 3])[0][
+        np.tile(np.arange(BINS), TESTS)
+    ]
+    columns = {f"level{k}": levels[:, k] for k in range(3)} | {f"course{k}": courses[:, k] for k in range(3)}
+    prepared = [
+        prepare_candidate(candidate(n, c[:, None, None]), lambda v: v, project) for n, c in columns.items()
+    ]
+    freedom = Freedom(3.0, 30.0)
+    noise = rng.normal(size=len(test))
+    shift = np.bincount(test, noise)[test] / BINS
+    scales = [np.sqrt(f / rng.chisquare(f)) for f in freedom]
+    measured = shift * scales[0] + (noise - shift) * scales[1] + alarm * columns["course0"]
+    simulated = simulate(prepared, project, null_noise(ones, ones, test, freedom, rng, REPLICATES))
+    told = Significance(prepared, simulated, ones, test)
+    values = {f.name: told.p_value(f.name, f.gain) for f in rank(prepared, project(measured))}
+    return min(values.values()), values
+
+
+def test_scatter_that_is_hardly_known_does_not_hide_what_every_test_shows_along_it() -> None:
+    rng = np.random.default_rng(5)
+    alarms = [between_and_along(rng, 0.0)[0] < 0.05 for _ in range(200)]
+    assert np.mean(alarms) < 0.09
+    found = [between_and_along(rng, 2.0)[1]["course0"] < 0.05 for _ in range(60)]
+    assert np.mean(found) > 0.9
+
+
 def test_the_p_value_counts_the_simulated_gains() -> None:
-    null = np.arange(99.0)
-    assert p_value(98.5, null) == 1.0 / 100.0
-    assert p_value(89.0, null) == 11.0 / 100.0
-    assert p_value(-1.0, null) == 1.0
+    rng = np.random.default_rng(4)
+    prepared = catalogue(rng, effects=1, sets=1)
+    told = Significance(prepared, in_noise(prepared, KNOWN, rng), np.ones(M), ONE_TEST)
+    assert told.p_value("e0", 1e9) == 1.0 / (1 + REPLICATES)
+    assert told.p_value("e0", -10.0) == 1.0
+    assert told.p_value("e0", told.needed("e0", 0.05)) == pytest.approx(0.05, abs=0.005)
+    # one column, two taken for its amplitude: a square of a normal number
+    assert told.needed("e0", 0.05) == pytest.approx(3.84 - 2.0, abs=0.6)
 
 
 def test_the_true_effect_stays_in_the_confusion_set_at_the_rate_that_is_promised() -> None:
@@ -67,9 +114,7 @@ def test_the_true_effect_stays_in_the_confusion_set_at_the_rate_that_is_promised
         prepare_candidate(candidate(n, c[:, None, None]), lambda v: v, project)
         for n, c in (("truth", first), ("rival", second))
     ]
-    simulated = simulate(
-        prepared, project, null_noise(np.zeros(M), np.zeros(M, dtype=int), 1e9, rng, REPLICATES)
-    )
+    simulated = in_noise(prepared, KNOWN, rng)
     signal, kept, lost = project(0.5 * first), 0, 0
     for _ in range(200):
         ranking = rank(prepared, signal + project(rng.normal(size=M)))
@@ -97,9 +142,7 @@ def test_only_contributions_that_differ_are_told_apart() -> None:
     prepared = [
         prepare_candidate(candidate(n, c[:, None, None]), lambda v: v, project) for n, c in columns.items()
     ]
-    simulated = simulate(
-        prepared, project, null_noise(np.zeros(M), np.zeros(M, dtype=int), 1e9, rng, REPLICATES)
-    )
+    simulated = in_noise(prepared, KNOWN, rng)
     ranking = rank(prepared, 400.0 * first + 250.0 * other)
     assert confusion_set(ranking, simulated) == ["first", "twin"]
     fits = {f.name: f for f in ranking}
@@ -122,7 +165,9 @@ def test_noise_of_few_loud_tests_is_no_effect() -> None:
             prepare_candidate(candidate(f"c{k}", columns[:, [k]][:, :, None]), lambda v: v, project)
             for k in range(6)
         ]
-        noise = null_noise(residual, test, 1e9, rng, REPLICATES)
-        null = maximum_gains(prepared, simulate(prepared, project, noise))
-        alarms += p_value(rank(prepared, residual)[0].gain, null) < 0.05
+        ones = np.ones(len(test))
+        noise = null_noise(residual, ones, test, KNOWN, rng, REPLICATES)
+        told = Significance(prepared, simulate(prepared, project, noise), ones, test)
+        first = rank(prepared, residual)[0]
+        alarms += told.p_value(first.name, first.gain) < 0.05
     assert alarms <= 8

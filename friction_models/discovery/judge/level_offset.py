@@ -84,5 +84,5 @@ def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     everywhere = columns @ fitted
     value = float(np.clip(0.0, everywhere.min(), everywhere.max()))
     error = float(np.sqrt(inverse[0, 0]))
-    p = float(2.0 * stdtr(found.freedom, -abs(value) / max(error, 1e-300)))
+    p = float(2.0 * stdtr(found.freedom.between, -abs(value) / max(error, 1e-300)))
     return LevelOffset(value, error, p, found.floor.total)

@@ -22,12 +22,12 @@ from .significance import (
     REPLICATES,
     SAME,
     TWINS,
+    Freedom,
+    Significance,
     Simulated,
     alike,
     confusion_set,
-    maximum_gains,
     null_noise,
-    p_value,
     simulate,
 )
 from .sum_of_parts import is_part, parts_first, shown_by_parts
@@ -52,8 +52,8 @@ class SearchRound:
     candidates : list of Prepared
     ranking : list of Fit
         The largest evidence first; an effect with a constant load does not lead while another one explains about as much.
-    null : ndarray, shape (replicates,)
-        Largest gain of any effect in each simulation in which nothing is missing.
+    significance : Significance
+        From what all effects gain where nothing is missing.
     simulated : Simulated
     whiten, project : callable
         Whitening, and removal of the base after it.
@@ -63,8 +63,8 @@ class SearchRound:
         Bin means of mu without the fixed part of the base.
     count : ndarray, shape (m,)
         Points in each bin.
-    freedom : float
-        Degrees of freedom with which the scatter between tests is estimated.
+    freedom : Freedom
+        Degrees of freedom with which the scatter between tests, and noise along them, are estimated.
     by_parts : frozenset of str
         Effects that show nothing beyond a sum of simpler ones.
     least_p : float
@@ -75,14 +75,14 @@ class SearchRound:
     residual: FloatArray
     candidates: list[Prepared]
     ranking: list[Fit]
-    null: FloatArray
+    significance: Significance
     simulated: Simulated
     whiten: Whitener
     project: Projector
     columns: FloatArray
     y: FloatArray
     count: FloatArray
-    freedom: float
+    freedom: Freedom
     by_parts: frozenset[str] = frozenset()
     least_p: float = 0.0
 
@@ -97,7 +97,7 @@ class SearchRound:
 
     def own_p_value(self, fit: Fit) -> float:
         """The same by this search alone."""
-        return p_value(fit.gain, self.null)
+        return self.significance.p_value(fit.name, fit.gain)
 
     def confusion_set(self) -> list[str]:
         """Effects that cannot be told from the winner."""
@@ -235,10 +235,9 @@ def search(
     prepared = [p for p in prepared if p.usable.any()]
     unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
     rng = np.random.default_rng(seed)
-    simulated = simulate(
-        prepared, project, null_noise(unexplained, campaign.place[campaign.test], freedom, rng, REPLICATES)
-    )
-    null = maximum_gains(prepared, simulated) if prepared else np.zeros(1)
+    place, level = campaign.place[campaign.test], whiten(np.ones(len(y)))
+    noise = null_noise(unexplained, level, place, freedom, rng, REPLICATES)
+    simulated = simulate(prepared, project, noise)
     ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
     by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)
     listed = [c.effect.name for c in candidates]
@@ -248,7 +247,7 @@ def search(
         residual=residual,
         candidates=prepared,
         ranking=plain_first(ranking, listed),
-        null=null,
+        significance=Significance(prepared, simulated, level, place),
         simulated=simulated,
         whiten=whiten,
         project=project,
@@ -260,6 +259,8 @@ def search(
     )
 
 
+#: What a test tells of slow noise along it, which effects resemble: its trend and its bend.
+SLOW = 2
 #: Correlation of what effects contribute to the data from which on they contribute the same.
 EQUAL = 0.995
 
@@ -300,14 +301,19 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
     return ranking
 
 
-def _freedom(campaign: Campaign, mean: FloatArray) -> float:
-    """Return how many tests a flexible mean leaves to estimate the scatter between them."""
+def _freedom(campaign: Campaign, mean: FloatArray) -> Freedom:
+    """Return what a flexible mean leaves to estimate the scatter between tests, and slow noise along them."""
     levels = (
         np.column_stack([np.bincount(campaign.test, campaign.count * column) for column in mean.T])
         / np.bincount(campaign.test, campaign.count)[:, None]
     )
     # columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test
-    return float(max(len(levels) - independent_columns(levels, DIFFERS).shape[1], 2))
+    between = len(levels) - independent_columns(levels, DIFFERS).shape[1]
+    inside = mean - levels[campaign.test]
+    inside = inside[:, np.linalg.norm(inside, axis=0) > DIFFERS * np.linalg.norm(mean, axis=0)]
+    bent = independent_columns(inside, DIFFERS).shape[1] if inside.shape[1] else 0
+    along = int(np.minimum(np.bincount(campaign.test) - 1, SLOW).sum()) - bent
+    return Freedom(float(max(between, 2)), float(max(along, 2)))
 
 
 def testable(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -22,22 +22,41 @@ TWINS = 0.98
 SAME = 0.02
 
 
+class Freedom(NamedTuple):
+    """Degrees of freedom with which the scatter between tests, and slow noise along them, are estimated."""
+
+    between: float
+    along: float
+
+
 def null_noise(
-    residual: FloatArray, test: npt.NDArray[np.intp], freedom: float, rng: np.random.Generator, count: int
+    residual: FloatArray,
+    level: FloatArray,
+    test: npt.NDArray[np.intp],
+    freedom: Freedom,
+    rng: np.random.Generator,
+    count: int,
 ) -> FloatArray:
     """Return whitened data in which nothing is missing, shape (m, count); `test` is the place of the test of each bin.
 
     The residual of every whole test with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
     (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. With few tests there
-    are too few signs: normal noise then, whose scale varies as that of a floor that was estimated with `freedom`.
+    are too few signs: normal noise then, whose scale varies as that of a floor that was estimated from so little. What a common
+    shift of a whole test, `level` (whitened ones), makes of a bin is known from the tests alone; the rest from all that lies along
+    them.
     """
     tests = int(test.max()) + 1
     if tests >= FLIPPED:
         signs = rng.choice([-1.0, 1.0], (tests, count))
         return residual[:, None] * signs[test]
-    noise = np.empty((len(residual), count))
-    noise[np.argsort(test, kind="stable")] = rng.standard_normal(noise.shape)
-    return np.asarray(noise * np.sqrt(freedom / rng.chisquare(freedom, count)))
+    along = np.empty((len(residual), count))
+    along[np.argsort(test, kind="stable")] = rng.standard_normal(along.shape)
+    shift = np.zeros((tests, count))
+    np.add.at(shift, test, level[:, None] * along)
+    shift /= np.bincount(test, level**2)[:, None]
+    between = level[:, None] * shift[test]
+    scales = [np.sqrt(f / rng.chisquare(f, count)) for f in freedom]
+    return np.asarray(between * scales[0] + (along - between) * scales[1])
 
 
 def simulate(candidates: list[Prepared], project: Projector, noise: FloatArray) -> Simulated:
@@ -52,15 +71,53 @@ def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
     return (columns.reshape(m, -1).T @ noise).reshape(sets, amplitudes, -1)
 
 
-def maximum_gains(candidates: list[Prepared], simulated: Simulated) -> FloatArray:
-    """Return the largest gain of any effect in each replicate of pure noise, shape (replicates,)."""
-    gains = [drops(c, simulated[c.name])[0].max(axis=0) - c.penalty for c in candidates]
-    return np.max(gains, axis=0)
+class Significance:
+    """Family-wise p-values of gains, from what every candidate gains in noise alone.
+
+    Few tests tell little about the scatter between tests, and much about noise along them. Effects that show mostly along the tests
+    are a family of their own then, so that the one does not drown in the other; each family has half of the level.
+
+    Parameters
+    ----------
+    candidates : list of Prepared
+    simulated : dict
+        What each sees of noise.
+    level : ndarray, shape (m,)
+        Whitened ones.
+    test : ndarray of int, shape (m,)
+        Test of each bin.
+    """
+
+    def __init__(
+        self, candidates: list[Prepared], simulated: Simulated, level: FloatArray, test: npt.NDArray[np.intp]
+    ) -> None:
+        few = len(candidates) > 0 and int(test.max()) + 1 < FLIPPED
+        self._along = {c.name: few and _shows_along(c, level, test) for c in candidates}
+        gains: dict[bool, list[FloatArray]] = {}
+        for c in candidates:
+            own = drops(c, simulated[c.name])[0].max(axis=0) - c.penalty
+            gains.setdefault(self._along[c.name], []).append(own)
+        self._largest = {along: np.max(own, axis=0) for along, own in gains.items()}
+
+    def p_value(self, name: str, gain: float) -> float:
+        """Return the share of noise in which any effect of the family gains as much, times the number of families."""
+        null = self._largest[self._along[name]]
+        return min(1.0, len(self._largest) * float((1 + np.sum(null >= gain)) / (1 + null.size)))
+
+    def needed(self, name: str, level: float) -> float:
+        """Return the gain from which on the p-value of an effect is below a level."""
+        return float(np.quantile(self._largest[self._along[name]], 1.0 - level / len(self._largest)))
 
 
-def p_value(gain: float, null: FloatArray) -> float:
-    """Return the share of replicates without any effect that gain as much."""
-    return float((1 + np.sum(null >= gain)) / (1 + null.size))
+def _shows_along(candidate: Prepared, level: FloatArray, test: npt.NDArray[np.intp]) -> bool:
+    """Return whether most of what a candidate changes differs along the tests, and not from test to test."""
+    columns = candidate.columns.reshape(len(test), -1)
+    shift = np.zeros((int(test.max()) + 1, columns.shape[1]))
+    np.add.at(shift, test, level[:, None] * columns)
+    between = np.sum(shift**2 / np.bincount(test, level**2)[:, None], axis=0)
+    total = np.sum(columns**2, axis=0)
+    seen = total > 0.0
+    return bool(seen.any() and np.median(between[seen] / total[seen]) < 0.5)
 
 
 def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05) -> list[str]:

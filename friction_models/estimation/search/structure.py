@@ -121,7 +121,8 @@ def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, s
     project = Projector(base)
     residual = project(found.residual)
     rng = np.random.default_rng([seed, 77])
-    noise = null_noise(residual, campaign.place[campaign.test], found.freedom, rng, REPLICATES)
+    place, level = campaign.place[campaign.test], found.whiten(np.ones(len(found.y)))
+    noise = null_noise(residual, level, place, found.freedom, rng, REPLICATES)
     data = np.column_stack([residual, project(noise)])
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():
