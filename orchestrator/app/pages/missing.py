@@ -258,7 +258,7 @@ def _staircase(view: View, model: str, answer: Answer) -> Any:
     return as_read(
         "rounds",
         chart,
-        f"RMS error of mu on tests that the fit did not see ({by}), after each round.",
+        f"RMS error of mu on tests that the fit did not see ({by}), after each round; bars: 95 % intervals over tests.",
         "Error after each round, falling as a staircase.",
     )
 

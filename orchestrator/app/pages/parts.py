@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from nicegui import app, events, ui
 
 from friction_models.common import InputError
+from friction_models.common.errors import nearest, shown
 from friction_models.common.markup import escape
 
 from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
@@ -51,6 +52,17 @@ def told(view: View) -> Iterator[None]:
         yield
     except InputError as error:
         say(view.bare(str(error)), "problem")
+
+
+def asked_data(view: View, sets: Mapping[str, str], otherwise: str) -> str:
+    """Return the data set that the address names; where the project has none of that name, say so and return `otherwise`."""
+    asked = view.query.get("data", "")
+    if not asked or asked in sets:
+        return asked or otherwise
+    near = nearest(asked, sets) or nearest(f"data/{asked}", sets)
+    guess = f"; the nearest name is {near}" if near else ""
+    say(f"The project has no data set {shown(asked, 80)}{guess}. This page shows {otherwise}.", "problem")
+    return otherwise
 
 
 def heading(text: str, level: int = 2) -> None:
