@@ -57,6 +57,9 @@ _STAY = """
   const watch = () => {
     const content = document.getElementById('content');
     if (!content) return requestAnimationFrame(watch);
+    // On a phone the names of the pages are one line, moved sideways: that of this page is in sight.
+    const here = document.querySelector('nav .here');
+    if (here) here.parentElement.scrollLeft = here.offsetLeft - (here.parentElement.clientWidth - here.offsetWidth) / 2;
     const free = () => {
       if (content.hasAttribute('aria-busy')) timer = setTimeout(free, 500);
       else content.style.minHeight = '';

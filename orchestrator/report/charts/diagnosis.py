@@ -38,7 +38,8 @@ def budget_chart(floor: float, explained: float, missing: float, named: bool) ->
         )  # fmt: skip
     chart.dress(
         118 + 46 * len(rows), x="share of the mean square error before",
-        barmode="stack", bargap=0.22, margin={"l": 58, "t": 44, "b": 40}, legend_traceorder="normal",
+        # Room on the right for half of "100 %": plotly leaves out a label that would be cut.
+        barmode="stack", bargap=0.22, margin={"l": 58, "t": 44, "b": 40, "r": 34}, legend_traceorder="normal",
     )  # fmt: skip
     chart.figure.update_xaxes(range=[0, 100], ticksuffix=" %")
     chart.figure.update_yaxes(ticks="", showgrid=False, tickfont={"color": SOFT, "size": 13})
