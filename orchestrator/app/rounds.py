@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common.files import read_json
-from friction_models.models.measures import are_intervals
 
 
 def rounds_of(card: Path) -> list[Mapping[str, Any]]:
@@ -27,6 +26,10 @@ def rounds_of(card: Path) -> list[Mapping[str, Any]]:
 
 def _without_strange(entry: dict[str, Any]) -> dict[str, Any]:
     """Return a round without intervals that are none."""
+    from friction_models.models.measures import (
+        are_intervals,
+    )  # with all that counts, which the first page does not wait for
+
     good = are_intervals(entry.get("intervals", {})) and isinstance(entry.get("clear", False), bool)
     return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear"}}
 
