@@ -104,9 +104,7 @@ def _names(variables: list[_Element], causality: str) -> str:
     for v in variables:
         if v.get("causality") == causality:
             found.setdefault(_PLACE.sub("", v.get("name", "?")), _unit(v))
-    named = [
-        f"{shown(n, 60)} [{shown(u, 20)}]" if u not in {"", "1"} else shown(n, 60) for n, u in found.items()
-    ]
+    named = [f"{shown(n, 60)} [{shown(u, 20)}]" if u else shown(n, 60) for n, u in found.items()]
     more = f" and {len(named) - NAMED} more" if len(named) > NAMED else ""
     return ", ".join(named[:NAMED]) + more
 

@@ -60,8 +60,7 @@ def ranking_chart(gains: Sequence[tuple[str, float, str]], threshold: float | No
             x=threshold, y=0, yref="paper", yanchor="bottom", xanchor="left", showarrow=False,
             text=f" needed: {threshold:.0f}",
         )  # fmt: skip
-    title = "gain (whitened squares, less 2 for each parameter)"
-    chart.dress(70 + 27 * max(len(shown), 2), x=title, bargap=0.32, margin_t=10)
+    chart.dress(70 + 27 * max(len(shown), 2), x="gain", bargap=0.32, margin_t=10)
     chart.figure.update_xaxes(showgrid=True)
     chart.figure.update_yaxes(showgrid=False, ticks="", tickfont={"color": SOFT, "size": 13})
     return chart

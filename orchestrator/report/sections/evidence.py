@@ -115,7 +115,8 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
             [(r["effect"], r["gain"], told(r["effect"], AFTER, "#6fb5b1", CONSTANT)) for r in ranking],
             threshold,
         ),
-        "Gain of every effect that was tried, with its physical sign enforced, in the order of the evidence: that is the "
+        "Gain (whitened squares, less 2 for each parameter) of every effect that was tried, with its physical sign enforced, in the order of "
+        "the evidence: that is the "
         f"gain where the form of the effect may be somewhat wrong. {needed}{apart}",
         "Ranking of effects by evidence.",
     )

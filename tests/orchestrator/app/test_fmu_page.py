@@ -143,8 +143,8 @@ def test_a_card_says_what_an_fmu_is(project: Project) -> None:
     assert one["model"] == "friction linear" and one["FMI"] == "2.0, co-simulation and model exchange"
     assert four["FMI"].startswith("3.0") and "contact points" not in one
     assert (four["contact points"], facts["constant.fmu"]["contact points"]) == ("4", "3")
-    assert one["inputs"] == four["inputs"] == "v_rel [mm/s], T [degC], sigma_n [MPa], sd [mm], psi"
-    assert one["outputs"].startswith("mu, domain_distance") and facts["constant.fmu"]["outputs"].startswith("mu, ")  # fmt: skip
+    assert one["inputs"] == four["inputs"] == "v_rel [mm/s], T [degC], sigma_n [MPa], sd [mm], psi [1]"
+    assert one["outputs"].startswith("mu [1], domain_distance [1]") and facts["constant.fmu"]["outputs"].startswith("mu [1], ")  # fmt: skip
     assert re.fullmatch(r"compiled code for \w+; C sources", one["runs as"])
     assert facts["constant.fmu"]["runs as"] == "Python, which has to be installed"
     assert set(facts["three.ssp"]) == {"size", "written"}
