@@ -31,7 +31,7 @@ def rounds_chart(history: Sequence[Mapping[str, Any]], floor: float | None = Non
     names = ["at the start", *("+ " + " + ".join(map(str, entry["added"])) for entry in history)]
     places = list(range(len(errors)))
     intervals = [_interval(history[0], "before"), *(_interval(entry, "after") for entry in history)]
-    bars = {}
+    bars: dict[str, Any] = {}
     if any(found is not None for found in intervals):
         ends = [found or (error, error) for found, error in zip(intervals, errors, strict=True)]
         bars["error_y"] = {
