@@ -161,14 +161,14 @@ def _last(checked: tuple[str, str], written: str) -> str:
     Examples
     --------
     >>> _last(("passed", "2026-11-20 10:00"), "2026-11-20 09:58"), _last(("failed", "2026-11-20 10:00"), "2026-11-21 08:00")
-    ('passed, 2026-11-20 10:00 UTC', 'failed, 2026-11-20 10:00 UTC; the file was written anew since')
+    ('passed, 2026-11-20 10:00 UTC', 'failed, 2026-11-20 10:00 UTC; the file is newer than that')
     >>> _last(("", ""), "2026-11-20 09:58")
     'not yet'
     """
     said, when = checked
     if not said:
         return "not yet"
-    return f"{said}, {when} UTC" + ("; the file was written anew since" if written > when else "")
+    return f"{said}, {when} UTC" + ("; the file is newer than that" if written > when else "")
 
 
 def _checked(view: View, path: str, job: Job) -> None:

@@ -160,11 +160,11 @@ def test_a_card_says_what_an_fmu_is(project: Project) -> None:
         history.add(project.root / HISTORY, ENDED, job=1, code=0, command=line)
         history.add(project.root / HISTORY, ENDED, job=2, code=130, command=line)
         await user.open("/fmu")
-        await until(lambda: "passed, 20" in shown(user) and "written anew" not in shown(user))
+        await until(lambda: "passed, 20" in shown(user) and "is newer" not in shown(user))
         # A file that comes in the place of another one was not checked.
         os.utime(project.root / "fmus/linear.fmu", (4e9, 4e9))
         await user.open("/fmu")
-        await until(lambda: "the file was written anew since" in shown(user))
+        await until(lambda: "the file is newer than that" in shown(user))
 
     look(project, test)
 
