@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -21,6 +21,7 @@ from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel
 from ..models.measures import error_measures
+from .comparison import before_and_after
 from .judge.unseen_tests import folds_of_tests, names_of, predicted_unseen
 
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
@@ -55,6 +56,10 @@ class Addition(TypedDict):
     corrects_data: list[str]
     before: dict[str, float]
     after: dict[str, float]
+    #: 95 % intervals of the errors ``before`` and ``after`` and of the ``fall``, as `compare` finds them; not in older files.
+    intervals: NotRequired[dict[str, dict[str, list[float] | None]]]
+    #: Whether the RMSE fell by more than chance.
+    clear: NotRequired[bool]
 
 
 @one_blas_thread()
@@ -144,12 +149,16 @@ def refine(
         seen = np.isfinite(after)
         groups = names_of(loads, seen)
         error_before, error_after = (before - mu)[seen], (after - mu)[seen]
+        _, unseen_test = np.unique(campaign.point_test[seen], return_inverse=True)
+        intervals, clear = before_and_after(error_before, error_after, unseen_test, seed)
         entry: Addition = {
             "added": [e.name for e in added],
             "judged_by": by,
             "corrects_data": [e.name for e in added if e.kind == "fault"],
             "before": error_measures(mu[seen], before[seen], groups),
             "after": error_measures(mu[seen], after[seen], groups),
+            "intervals": intervals,
+            "clear": clear,
         }
         if not force and _worse(error_before, error_after, campaign.point_test[seen]):
             raise InputError(
@@ -176,6 +185,7 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
             f"MAE {before['mae']:.5f} -> {after['mae']:.5f}   ({entry['judged_by']})"
             + ("" if after["rmse"] < BETTER * before["rmse"] else "  NO BETTER")
         )
+        lines += _sure(entry)
         faults = entry.get("corrects_data", [])
         if faults:
             lines.append(
@@ -183,6 +193,17 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
                 "not in its predictions, not in exported files"
             )
     return "\n".join(lines) + "\n"
+
+
+def _sure(entry: Mapping[str, Any]) -> list[str]:
+    """Return a line with the 95 % intervals of the RMSE of a round, and whether it fell by more than chance; none where they are not known."""
+    intervals = entry.get("intervals", {})
+    found = [intervals.get(when, {}).get("rmse") for when in ("before", "after", "fall")]
+    if any(f is None for f in found):
+        return []
+    before, after, fall = (f"{low:.5f} to {high:.5f}" for low, high in found)
+    chance = "more than chance" if entry.get("clear") else "which may be chance"
+    return [f"     95 % of resampled tests: RMSE {before} -> {after}, lower by {fall}: {chance}"]
 
 
 def _held_out(loads: TriboLoads) -> np.ndarray | None:

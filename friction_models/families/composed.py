@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from sklearn.base import clone
 
-from ..common import InputError, shown
+from ..common import InputError
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
 from ..estimation.fit.joint_fit import fit_jointly
@@ -23,6 +22,7 @@ from ..models.tangent import MeasuredPoints, Tangent
 from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
 from .registry import make_model
+from .rounds import checked_round
 
 #: Steps of bisection, then of Newton, to a friction coefficient that agrees with an effect of itself.
 BISECTIONS, NEWTON_STEPS = 20, 2
@@ -307,7 +307,7 @@ class ComposedFriction(FrictionModel):
             for v in values["system"]
         ]
         self.noise_floor_ = dict(values["noise_floor"])
-        self.error_history_ = [_checked_round(entry) for entry in values.get("error_history", [])]
+        self.error_history_ = [checked_round(entry) for entry in values.get("error_history", [])]
 
     @classmethod
     def from_parts(cls, content: JsonObject, arrays: Arrays) -> Self:
@@ -368,33 +368,6 @@ def _sum(base: FrictionModel, effects: list[Any]) -> FrictionModel:
 
 
 FrictionModel._compose = _sum
-
-
-def _checked_round(entry: Any) -> dict[str, object]:
-    """Return a round of additions as `refine` records it; raise InputError for another."""
-    good = (
-        isinstance(entry, dict)
-        and isinstance(entry.get("judged_by"), str)
-        and all(_are_texts(entry.get(name, [])) for name in ("added", "corrects_data"))
-        and "added" in entry
-        and all(_are_measures(entry.get(name)) for name in ("before", "after"))
-    )
-    if not good:
-        raise InputError(
-            f"error_history: {shown(entry, 80)} is no round of additions; allowed: added, judged_by, and rmse and mae "
-            "before and after"
-        )
-    return dict(entry)
-
-
-def _are_texts(values: Any) -> bool:
-    return isinstance(values, list) and all(isinstance(v, str) for v in values)
-
-
-def _are_measures(values: Any) -> bool:
-    return isinstance(values, dict) and all(
-        isinstance(values.get(n), int | float) and math.isfinite(values[n]) for n in ("rmse", "mae")
-    )
 
 
 def _without_level(effect: Effect, values: JsonObject) -> JsonObject:

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from friction_models.common import InputError
 from friction_models.common.errors import shown
 from friction_models.common.files import read_json
 
 from .commands import effect_names
+
+#: Most effects of a ranking that are told in words.
+_TOLD = 50
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class Answer:
     offers : list of Offer
     floor : float or None
         What no model predicts, RMS in mu.
+    words : dict of str to str
+        What the effects are, in words, as far as the catalogue knows them.
     """
 
     effects: list[str] = field(default_factory=list)
@@ -42,6 +48,7 @@ class Answer:
     ranking: list[str] = field(default_factory=list)
     offers: list[Offer] = field(default_factory=list)
     floor: float | None = None
+    words: dict[str, str] = field(default_factory=dict)
 
     @classmethod
     def read(cls, file: Path) -> Answer:
@@ -54,13 +61,35 @@ class Answer:
         content = read_json(file)
         named = effect_names(content.get("effects"))
         floor = _object(content.get("noise_floor")).get("total")
+        rivals = [e for e in effect_names(content.get("confusion_set")) if e not in named]
+        ranking = effect_names([r.get("effect") for r in _objects(content.get("ranking"))])
         return cls(
             named,
-            [e for e in effect_names(content.get("confusion_set")) if e not in named],
-            effect_names([r.get("effect") for r in _objects(content.get("ranking"))]),
+            rivals,
+            ranking,
             [offer for o in _objects(content.get("formulas")) if (offer := _offer(o)).effects],
             floor if isinstance(floor, float) else None,
+            {effect: _in_words(effect) for effect in (*rivals, *ranking[:_TOLD])},
         )
+
+
+def _in_words(effect: str) -> str:
+    """Return what an effect is; nothing of a name that is none.
+
+    Examples
+    --------
+    >>> _in_words("stribeck"), _in_words("none")
+    ('Mixed to boundary transition.', '')
+    """
+    from friction_models.effects import (
+        make_effect,
+    )  # with all that counts, which a page without an answer does not wait for
+
+    try:
+        title = make_effect(effect).title
+    except InputError:
+        return ""
+    return f"{title[:1].upper()}{title[1:]}."
 
 
 def _offer(entry: dict[str, object]) -> Offer:

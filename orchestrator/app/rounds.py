@@ -21,7 +21,17 @@ def rounds_of(card: Path) -> list[Mapping[str, Any]]:
     found: object = read_json(card)
     for name in ("model", "learned", "error_history"):
         found = found.get(name) if isinstance(found, dict) else None
-    return [entry for entry in found if _is_round(entry)] if isinstance(found, list) else []
+    return [_without_strange(entry) for entry in found if _is_round(entry)] if isinstance(found, list) else []
+
+
+def _without_strange(entry: dict[str, Any]) -> dict[str, Any]:
+    """Return a round without intervals that are none."""
+    from friction_models.models.measures import (
+        are_intervals,
+    )  # with all that counts, which the first page does not wait for
+
+    good = are_intervals(entry.get("intervals", {})) and isinstance(entry.get("clear", False), bool)
+    return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear"}}
 
 
 def _is_round(entry: object) -> bool:

@@ -16,6 +16,7 @@ from friction_models.loads.contract import with_unit
 from ..report.pages.story import Chapter, Loop, Measurements, Packed, ProjectStory
 from ..report.reading import read_page
 from .commands import short
+from .commands.fmus import last_check
 from .commands.models import diagnosis_files
 from .project import HISTORY, Project, history
 from .project.history import ENDED, Story
@@ -136,12 +137,7 @@ class _Teller:
 
     def _packed(self, path: Path) -> Packed:
         name = self.project.relative(path)
-        checks = [
-            line
-            for line in self.lines
-            if line["event"] == ENDED and line.get("command") == f"tribofmu check {name}"
-        ]
-        said = "" if not checks else "passed" if checks[-1].get("code") == 0 else "failed"
+        said, _ = last_check(self.lines, name)
         content = path.read_bytes()
         return Packed(
             name.removeprefix("fmus/"), len(content) / 1000, hashlib.sha256(content).hexdigest(), said

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
-from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison, compare
+from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison, compare, resampled
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.loads import LOAD_NAMES, MU, DataSet, FloatArray, TriboLoads
 from friction_models.models.domain import known_domain
@@ -319,13 +319,9 @@ def compare_on_tests(models: Mapping[str, Predictor], data: DataSet, seed: int =
     campaign = prepare(used.points, used.tests)
     predicted = {name: item.values for name, item in kept.items()}
     group, tests = campaign.point_test, len(campaign.tests)
-    counts = np.bincount(group, minlength=tests).astype(float)
-    rng = np.random.default_rng(seed)
-    weights = rng.multinomial(tests, np.full(tests, 1.0 / tests), REPLICATES).astype(float)
-    draws = {
-        name: np.sqrt(weights @ np.bincount(group, (mu - campaign.mu) ** 2, tests) / (weights @ counts))
-        for name, mu in predicted.items()
-    }
+    errors = {name: mu - campaign.mu for name, mu in predicted.items()}
+    resamples = resampled(errors, group, np.random.default_rng(seed), REPLICATES)
+    draws = {name: found.rmse for name, found in resamples.items()}
     order = Order.of({n: e.rmse for n, e in result.errors.items()}, draws, tests)
     # The head line says no more than the table of pairs below it.
     result = replace(result, clear=len(order.names) > 1 and tuple(order.names[:2]) not in order.indistinct)

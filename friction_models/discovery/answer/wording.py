@@ -26,6 +26,29 @@ def p_text(value: float | None) -> str:
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
 
 
+def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
+    """Return in plain words what the numbers behind a verdict mean; `p` where it stands there, too.
+
+    Examples
+    --------
+    >>> meaning_of_numbers(0.5).partition(": ")[2]
+    'of such answers to made-up data with a known cause 50 % were right.'
+    >>> "some effect look this good in 0.2 % of data sets" in meaning_of_numbers(0.5, 0.002)
+    True
+    >>> meaning_of_numbers(None)
+    ''
+    """
+    if confidence is None:
+        return ""
+    sure = f"Confidence {confidence:.2f}: of such answers to made-up data with a known cause {100 * confidence:.0f} % were right."
+    if p is None:
+        return sure
+    return (
+        f"Two numbers, two questions. Is anything missing? p {'' if p < 0.001 else '= '}{p_text(p)}: if nothing were, chance alone would make "
+        f"some effect look this good in {'less than 0.1' if p < 0.001 else f'{100 * p:.2g}'} % of data sets. Is this the right answer? {sure}"
+    )
+
+
 def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
     """Return what identifies a noise floor, in words, beside the effects that are named; empty for files that do not say it.
 

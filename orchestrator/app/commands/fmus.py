@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from friction_models.common.errors import shown
+
+from ..project.history import ENDED
 from .command import Command, short
 
 #: Most contact points of a friction FMU that a page offers.
 MOST_NODES = 100_000
 TARGETS = {"native": "C code, needs nothing else", "python": "Python with ONNX Runtime"}
+#: What a command ends with that was cancelled.
+CANCELLED = 130
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}")
 #: Switches of `pack`, by the option.
 SWITCHES = {
@@ -106,6 +112,25 @@ def pack(model: str, options: PackOptions) -> Command:
     """Pack a model as an FMU."""
     arguments = ("pack", model, *options.arguments, "-o", fmu_file(model, options))
     return Command(f"Pack {short(model)} as an FMU", arguments)
+
+
+def last_check(lines: Sequence[Mapping[str, object]], fmu: str) -> tuple[str, str]:
+    """Return how the last check of an FMU ended by the history, and when (UTC); two empty texts where there was none.
+
+    Examples
+    --------
+    >>> line = {"event": "ended", "command": "tribofmu check fmus/a.fmu", "code": 0, "time": "2026-11-20T10:00:07+00:00"}
+    >>> last_check([line], "fmus/a.fmu"), last_check([line], "fmus/b.fmu")
+    (('passed', '2026-11-20 10:00'), ('', ''))
+    """
+    asked = check(fmu).line
+    checks = [line for line in lines if line["event"] == ENDED and line.get("command") == asked]
+    # Who cancels a check learns nothing of the FMU.
+    ended = [line for line in checks if line.get("code") != CANCELLED]
+    if not ended:
+        return "", ""
+    when = shown(ended[-1].get("time", ""), 40)[:16].replace("T", " ")
+    return "passed" if ended[-1].get("code") == 0 else "failed", when
 
 
 def check(fmu: str) -> Command:

@@ -9,7 +9,7 @@ from nicegui import ui
 from .. import commands
 from ..project import Project, history
 from .frame import page_head
-from .parts import action, badge, choice, empty, fold, line, say, section, told, words
+from .parts import action, asked_data, badge, choice, empty, fold, line, say, section, told, words
 from .parts import button as press
 from .residuals import show_residuals
 from .view import View
@@ -70,8 +70,7 @@ async def _compared(view: View, data: str) -> None:
 def _data(view: View) -> str:
     """Show on which measurements models are compared, where there are several, and return them."""
     sets = view.data_sets()
-    asked = view.query.get("data", "")
-    data = asked if asked in sets else view.story().data
+    data = asked_data(view, sets, view.story().data)
     if len(sets) > 1:
         with ui.element("div").classes("choices"):
             choice("Measurements", sets, data, lambda value: ui.navigate.to(f"/compare?data={value}"))

@@ -16,7 +16,7 @@ from ...report.reading import ReadFigure
 from ..figures.explore import Sample, cloud, label, sample, summary
 from ..project.loaded import loaded
 from .frame import page_head
-from .parts import button, choice, empty, gone, plotted, say, told, words
+from .parts import asked_data, button, choice, empty, gone, plotted, say, told, words
 from .view import View
 
 #: What drawing with the mouse does, as plotly calls it.
@@ -78,9 +78,7 @@ async def show(view: View) -> None:
             "There are no measurements yet", "They are drawn here.", ("Bring measurements", "/measurements")
         )
         return
-    story = view.story()
-    data = view.query.get("data", story.data)
-    data = data if data in sets else next(iter(sets))
+    data = asked_data(view, sets, view.story().data)
     with ui.element("div").classes("choices"):
         choice("Measurements", sets, data, lambda v: ui.navigate.to(f"/explore?data={v}"))
     with told(view):

@@ -3,30 +3,34 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 from nicegui import ui
 
-from friction_models.common.markup import escape
+from friction_models.common.markup import escape, table
 
 from .. import commands
-from ..commands.fmus import MOST_NODES, SWITCHES, TARGETS, PackOptions, pack, platform_names
+from ..commands.fmus import MOST_NODES, SWITCHES, TARGETS, PackOptions, last_check, pack, platform_names
+from ..fmu_facts import Facts, facts_of
+from ..project import history
+from ..project.history import Story
 from ..project.project import changed
 from ..serving import has_page, page_address
 from ..work.job import DONE, FAILED, Job
 from .frame import page_head
-from .parts import action, choice, download, empty, fold, heading, line, say
+from .parts import action, choice, download, empty, fold, heading, line, reading, say, words
 from .parts import button as press
 from .view import View
 
 
 @dataclass
 class _Choices:
-    """What is to be packed, and how."""
+    """What is to be packed, and how; without a choice the model follows the history of the project."""
 
-    model: str
+    model: str = ""
     options: PackOptions = field(default_factory=PackOptions)
 
 
@@ -45,34 +49,50 @@ async def show(view: View) -> None:
             ("What is missing", "/"),
         )
     else:
-        story = view.story()
-        _pack(view, models, story.model if story.model in models else models[-1])
-    files = await asyncio.to_thread(_sizes, view)
+        _pack(view, models)
+    files = await asyncio.to_thread(_files, view)
+    lines = await asyncio.to_thread(view.lines)
     if files:
         heading("In this project")
-    for path, size in files:
-        _file(view, path, size)
+    for path, facts in files:
+        _file(view, path, facts, last_check(lines, path))
 
 
-def _sizes(view: View) -> list[tuple[str, int]]:
+def _files(view: View) -> list[tuple[str, Facts]]:
+    """Return the FMUs and systems of the project, the newest first, with what is known of them."""
     found = sorted([*view.project.fmus(), *view.project.systems()], key=changed, reverse=True)
-    return [(view.project.relative(p), p.stat().st_size) for p in found if p.is_file()]
+    return [(view.project.relative(p), facts_of(p)) for p in found if p.is_file()]
 
 
-def _pack(view: View, models: list[str], model: str) -> None:
+def _in_hand(models: list[str], story: Story, aside: Mapping[str, str]) -> str:
+    """Return the model that is offered: that in hand, else one that was accepted or trained, else the last one."""
+    accepted = [m for m in models if m not in aside]
+    own = [m for m in (story.model, f"models/{story.model}") if m in accepted]
+    return (own or accepted[-1:] or models[-1:])[0]
+
+
+def _pack(view: View, models: list[str]) -> None:
     """Show the options and the button, whose command line follows them."""
-    kept: _Choices = view.kept.setdefault("fmu", _Choices(model))
-    if kept.model not in models:
-        kept.model = model
+    kept: _Choices = view.kept.setdefault("fmu", _Choices())
+    story, lines = view.story(), view.lines()
+    aside = {m: why for m, why in history.set_aside(lines).items() if m != story.model}
+    # What was chosen here holds until something else is decided about that model.
+    if kept.model not in models or (kept.model in aside and view.kept.get("fmu aside") != aside):
+        kept.model = ""
+    view.kept["fmu aside"] = aside
+    offered = _in_hand(models, story, aside)
 
     @ui.refreshable
     def button() -> None:
         if problem := kept.options.problem():
             say(problem, "problem")
             return
-        command = pack(kept.model, kept.options)
+        model = kept.model or offered
+        command = pack(model, kept.options)
+        if model in aside:
+            say(f"{commands.short(model)} is {aside[model]}: it is not the model in hand.", "problem")
         with ui.element("div").classes("action"):
-            press("Pack as FMU", lambda: view.run(command), "first")
+            press("Pack as FMU", lambda: view.run(command), "" if model in aside else "first")
             line(command)
 
     def changed(name: str, value: Any) -> None:
@@ -84,7 +104,8 @@ def _pack(view: View, models: list[str], model: str) -> None:
 
     options = kept.options
     with ui.element("div").classes("choices").style("align-items: flex-start"):
-        choice("Model", {m: commands.short(m) for m in models}, kept.model, partial(changed, "model"))
+        names = {m: commands.short(m) + (f" ({aside[m]})" if m in aside else "") for m in models}
+        choice("Model", names, kept.model or offered, partial(changed, "model"))
         choice("FMI version", ["2.0", "3.0"], options.fmi, partial(changed, "fmi"))
         nodes = ui.number("Contact points", value=options.nodes, min=1, max=MOST_NODES, precision=0)
         nodes.props("outlined dense").classes("choice").props["hint"] = (
@@ -95,40 +116,59 @@ def _pack(view: View, models: list[str], model: str) -> None:
         # Only some of them have a hint below.
         with ui.element("div").classes("choices").style("align-items: flex-start"):
             choice("Runs as", TARGETS, options.target, partial(changed, "target"))
-            names = choice(
+            platforms = choice(
                 "Platforms", {n: n for n in platform_names()}, list(options.platforms),
                 lambda v: changed("platforms", tuple(v)), multiple=True,
             )  # fmt: skip
-            names.props("use-chips").style("min-width: 270px").props["hint"] = (
+            platforms.props("use-chips").style("min-width: 270px").props["hint"] = (
                 "without one: that of this machine"
             )
             named = ui.input("Name inside the FMU", value=options.name)
             named.props("outlined dense").classes("choice").props["hint"] = "without one: from the model"
             named.on_value_change(lambda e: changed("name", str(e.value or "").strip()))
-        for name, words in SWITCHES.items():
+        for name, said in SWITCHES.items():
             ui.checkbox(
-                words, value=getattr(options, name), on_change=lambda e, n=name: changed(n, bool(e.value))
+                said, value=getattr(options, name), on_change=lambda e, n=name: changed(n, bool(e.value))
             )
     button()
 
 
-def _file(view: View, path: str, size: int) -> None:
+def _file(view: View, path: str, facts: Facts, checked: tuple[str, str]) -> None:
     check = commands.fmus.check(path)
+    system = path.endswith(".ssp")
     with ui.element("section").classes("panel"):
         heading(path.removeprefix("fmus/"))
-        say(f"{size / 1000:.0f} kB", "soft")
+        if facts.problem:
+            say(view.bare(facts.problem), "problem")
+        rows = [*facts.rows, *([] if system else [("checked", _last(checked, facts.written))])]
+        words(table(["quantity", "found"], rows, narrow=True), "facts")
         with ui.element("div").classes("buttons"):
             download(path, "Download")
             if has_page(view.project.inside(path)):
-                page = ui.link("Read its page", page_address(path), new_tab=True)
-                page.classes("button").props('rel="noopener"')
-        if path.endswith(".ssp"):
+                reading(page_address(path), "Read its page")
+        if system:
             say("A system around the FMU; the FMU alone can be checked here.", "soft")
             return
         action(view, check, "Check it")
         job = view.worker.last(check.arguments)
         if job is not None and job.state in {DONE, FAILED}:
             _checked(view, path, job)
+
+
+def _last(checked: tuple[str, str], written: str) -> str:
+    """Return how the last check of an FMU ended.
+
+    Examples
+    --------
+    >>> _last(("passed", "2026-11-20 10:00"), "2026-11-20 09:58"), _last(("failed", "2026-11-20 10:00"), "2026-11-21 08:00")
+    ('passed, 2026-11-20 10:00 UTC', 'failed, 2026-11-20 10:00 UTC; the file is newer than that')
+    >>> _last(("", ""), "2026-11-20 09:58")
+    'not yet'
+    """
+    said, when = checked
+    if not said:
+        return "not yet"
+    return f"{said}, {when} UTC" + ("; the file is newer than that" if written > when else "")
 
 
 def _checked(view: View, path: str, job: Job) -> None:

@@ -29,6 +29,7 @@ from .parts import (
     fold,
     heading,
     parts,
+    reading,
     say,
     section,
     told,
@@ -105,7 +106,7 @@ async def _results(view: View) -> None:
         words(f"<p><strong>{escape(page.title)}</strong>. {page.lead}</p>")
         badge(page)
         with ui.element("div").classes("buttons"):
-            ui.link("Read the report", address(path, read=True), new_tab=True).classes("button")
+            reading(address(path, read=True), "Read the report")
             if view.project.inside(json).is_file():
                 download(json, "Numbers (JSON)")
     for found in page.sections:

@@ -57,6 +57,9 @@ _STAY = """
   const watch = () => {
     const content = document.getElementById('content');
     if (!content) return requestAnimationFrame(watch);
+    // On a phone the names of the pages are one line, moved sideways: that of this page is in sight.
+    const here = document.querySelector('nav .here');
+    if (here) here.parentElement.scrollLeft = here.offsetLeft - (here.parentElement.clientWidth - here.offsetWidth) / 2;
     const free = () => {
       if (content.hasAttribute('aria-busy')) timer = setTimeout(free, 500);
       else content.style.minHeight = '';
@@ -128,7 +131,9 @@ class Workbench:
             empty("There is nothing here", f"No page has the address {path}.", ("What is missing", "/"))
             return
         try:
-            await importlib.import_module(f".{module}", __package__).show(view)
+            # What a page needs may take a second to import: meanwhile the frame around it is there, and other tabs are served.
+            page = await asyncio.to_thread(importlib.import_module, f".{module}", __package__)
+            await page.show(view)
         except InputError as error:
             _cannot_be_shown(view.bare(str(error)), content)
         except Exception as error:

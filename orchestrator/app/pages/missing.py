@@ -11,7 +11,6 @@ from nicegui import ui
 
 from friction_models.common import InputError
 from friction_models.common.markup import escape
-from friction_models.effects import make_effect
 
 from ...report.reading import ReadFigure, ReadPage
 from .. import commands
@@ -163,17 +162,8 @@ def _offers(view: View, story: Story, answer: Answer) -> None:
         return
     with fold(view, "Add another effect"):
         for effect in others:
-            say(_in_words(effect), "soft")
+            say(answer.words.get(effect, ""), "soft")
             action(view, adding([effect]), f"Add {effect}")
-
-
-def _in_words(effect: str) -> str:
-    """Return what an effect is; nothing of a name that is none, which a file of others may hold."""
-    try:
-        title = make_effect(effect).title
-    except InputError:
-        return ""
-    return f"{title[:1].upper()}{title[1:]}."
 
 
 def _formulas(view: View, adding: Callable[[list[str]], Command], offers: list[Offer], first: bool) -> None:
@@ -258,7 +248,7 @@ def _staircase(view: View, model: str, answer: Answer) -> Any:
     return as_read(
         "rounds",
         chart,
-        f"RMS error of mu on tests that the fit did not see ({by}), after each round.",
+        f"RMS error of mu on tests that the fit did not see ({by}), after each round; bars: 95 % intervals over tests.",
         "Error after each round, falling as a staircase.",
     )
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from nicegui import app, events, ui
 
 from friction_models.common import InputError
+from friction_models.common.errors import nearest, shown
 from friction_models.common.markup import escape
 
 from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
@@ -51,6 +52,17 @@ def told(view: View) -> Iterator[None]:
         yield
     except InputError as error:
         say(view.bare(str(error)), "problem")
+
+
+def asked_data(view: View, sets: Mapping[str, str], otherwise: str) -> str:
+    """Return the data set that the address names; where the project has none of that name, say so and return `otherwise`."""
+    asked = view.query.get("data", "")
+    if not asked or asked in sets:
+        return asked or otherwise
+    near = nearest(asked, sets) or nearest(f"data/{asked}", sets)
+    guess = f"; the nearest name is {near}" if near else ""
+    say(f"The project has no data set {shown(asked, 80)}{guess}. This page shows {otherwise}.", "problem")
+    return otherwise
 
 
 def heading(text: str, level: int = 2) -> None:
@@ -191,6 +203,33 @@ def empty(title: str, text: str, link: tuple[str, str] | None = None) -> None:
 def download(path: str, label: str) -> None:
     """Show a link that keeps a file of the project."""
     ui.link(label, address(path)).classes("button").props("download")
+
+
+#: A new tab stays white until its page is there: what was pressed says at once that it comes, until somebody is back.
+_OPENING = """
+(event) => {
+  const link = event.currentTarget, said = link.textContent;
+  if (link.hasAttribute('aria-busy')) return;
+  link.setAttribute('aria-busy', 'true');
+  link.textContent = 'Opening in a new tab ...';
+  const back = () => {
+    if (document.hidden) return;
+    clearTimeout(timer);
+    document.removeEventListener('visibilitychange', back);
+    link.removeAttribute('aria-busy');
+    link.textContent = said;
+  };
+  const timer = setTimeout(back, 8000);
+  document.addEventListener('visibilitychange', back);
+}
+"""
+
+
+def reading(target: str, label: str) -> ui.link:
+    """Show a link to a page of its own, which opens in a new tab."""
+    made = ui.link(label, target, new_tab=True).classes("button").props('rel="noopener"')
+    made.on("click", js_handler=_OPENING)
+    return made
 
 
 def choice(

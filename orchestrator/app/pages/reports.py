@@ -12,7 +12,7 @@ from ..commands.forming import STORY, story
 from ..project import history
 from ..serving import address
 from .frame import page_head
-from .parts import action, download, empty, heading, say, words
+from .parts import action, download, empty, heading, reading, say, words
 from .view import View
 
 #: Most lines of the history that are shown.
@@ -42,10 +42,7 @@ async def show(view: View) -> None:
         if name == STORY:
             continue
         with ui.element("div").classes("buttons"):
-            target = ui.link(path.stem.replace("-", " "), address(name, read=True), new_tab=True).classes(
-                "button"
-            )
-            target.props('rel="noopener"')
+            reading(address(name, read=True), path.stem.replace("-", " "))
             download(name, "Download")
     if not lines:
         return
@@ -77,8 +74,7 @@ def _story(view: View, reports: list[str]) -> None:
         )
         if STORY in reports:
             with ui.element("div").classes("buttons"):
-                read = ui.link("Read the story", address(STORY, read=True), new_tab=True)
-                read.classes("button").props('rel="noopener"')
+                reading(address(STORY, read=True), "Read the story")
                 download(STORY, "Download the story")
         action(view, story(), "Tell it again" if STORY in reports else "Tell the story", STORY not in reports)
 

@@ -110,6 +110,29 @@ def learnt_from(lines: Sequence[Mapping[str, object]]) -> dict[str, str]:
     return found
 
 
+def set_aside(lines: Sequence[Mapping[str, object]]) -> dict[str, str]:
+    """Return the additions that nobody accepted, and why they are none of the model in hand, in words.
+
+    Examples
+    --------
+    >>> refined = {"event": "ended", "code": 0, "round": {"model": "models/b", "added": ["stribeck"]}}
+    >>> set_aside([refined]), set_aside([refined, {"event": "accepted", "model": "models/b"}])
+    ({'models/b': 'not accepted'}, {})
+    >>> set_aside([refined, {"event": "accepted", "model": "models/b"}, {"event": "taken back", "model": "models/b"}])
+    {'models/b': 'taken back'}
+    """
+    found: dict[str, str] = {}
+    for line in lines:
+        event, model, added = line["event"], str(line.get("model", "")), line.get("round")
+        if event == ENDED and line.get("code") == 0 and isinstance(added, Mapping):
+            found[_round(added).model] = "not accepted"
+        elif event in {ACCEPTED, CHOSEN}:
+            found.pop(model, None)
+        elif event == TAKEN_BACK and model:
+            found[model] = "taken back"
+    return found
+
+
 def _options(line: Mapping[str, object]) -> tuple[str, dict[str, str]]:
     """Return the name of a line's command, and the word behind each of its options."""
     try:

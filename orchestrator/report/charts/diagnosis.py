@@ -38,7 +38,8 @@ def budget_chart(floor: float, explained: float, missing: float, named: bool) ->
         )  # fmt: skip
     chart.dress(
         118 + 46 * len(rows), x="share of the mean square error before",
-        barmode="stack", bargap=0.22, margin={"l": 58, "t": 44, "b": 40}, legend_traceorder="normal",
+        # Room on the right for half of "100 %": plotly leaves out a label that would be cut.
+        barmode="stack", bargap=0.22, margin={"l": 58, "t": 44, "b": 40, "r": 34}, legend_traceorder="normal",
     )  # fmt: skip
     chart.figure.update_xaxes(range=[0, 100], ticksuffix=" %")
     chart.figure.update_yaxes(ticks="", showgrid=False, tickfont={"color": SOFT, "size": 13})
@@ -59,8 +60,7 @@ def ranking_chart(gains: Sequence[tuple[str, float, str]], threshold: float | No
             x=threshold, y=0, yref="paper", yanchor="bottom", xanchor="left", showarrow=False,
             text=f" needed: {threshold:.0f}",
         )  # fmt: skip
-    title = "gain (whitened squares, less 2 for each parameter)"
-    chart.dress(70 + 27 * max(len(shown), 2), x=title, bargap=0.32, margin_t=10)
+    chart.dress(70 + 27 * max(len(shown), 2), x="gain", bargap=0.32, margin_t=10)
     chart.figure.update_xaxes(showgrid=True)
     chart.figure.update_yaxes(showgrid=False, ticks="", tickfont={"color": SOFT, "size": 13})
     return chart

@@ -12,7 +12,7 @@ from ..parts.theme import AFTER, BEFORE, SOFT
 
 
 def rounds_chart(history: Sequence[Mapping[str, Any]], floor: float | None = None) -> Chart:
-    """Return the RMS error at the beginning and after each round of additions as a staircase.
+    """Return the RMS error at the beginning and after each round of additions as a staircase, with its 95 % intervals.
 
     Parameters
     ----------
@@ -30,11 +30,20 @@ def rounds_chart(history: Sequence[Mapping[str, Any]], floor: float | None = Non
     errors = [float(history[0]["before"]["rmse"]), *(float(entry["after"]["rmse"]) for entry in history)]
     names = ["at the start", *("+ " + " + ".join(map(str, entry["added"])) for entry in history)]
     places = list(range(len(errors)))
+    intervals = [_interval(history[0], "before"), *(_interval(entry, "after") for entry in history)]
+    bars: dict[str, Any] = {}
+    if any(found is not None for found in intervals):
+        ends = [found or (error, error) for found, error in zip(intervals, errors, strict=True)]
+        bars["error_y"] = {
+            "type": "data", "symmetric": False, "thickness": 1.4, "width": 5,
+            "array": [max(high - error, 0.0) for error, (_, high) in zip(errors, ends, strict=True)],
+            "arrayminus": [max(error - low, 0.0) for error, (low, _) in zip(errors, ends, strict=True)],
+        }  # fmt: skip
     chart = Chart(legend=False)
     chart.scatter(
         0, places, errors, hover="%{text}: %{y:.5f}<extra></extra>", text=[escape(n) for n in names], mode="lines+markers+text",
         texttemplate="%{y:.4f}", textposition="top right", cliponaxis=False, line={"color": AFTER, "width": 2.6, "shape": "hv"},
-        marker={"size": 9, "color": [BEFORE, *[AFTER] * len(history)]},
+        marker={"size": 9, "color": [BEFORE, *[AFTER] * len(history)]}, **bars,
     )  # fmt: skip
     if floor is not None:
         chart.figure.add_hline(y=floor, line={"color": SOFT, "width": 1.5, "dash": "dash"})
@@ -50,6 +59,12 @@ def rounds_chart(history: Sequence[Mapping[str, Any]], floor: float | None = Non
         range=[-0.3, max(places) + 0.6],
     )
     return chart
+
+
+def _interval(entry: Mapping[str, Any], when: str) -> Sequence[float] | None:
+    """Return the 95 % interval of the RMS error of a round; None where the round does not know it."""
+    found: Sequence[float] | None = entry.get("intervals", {}).get(when, {}).get("rmse")
+    return found
 
 
 def _in_lines(name: str) -> str:

@@ -17,6 +17,7 @@ from ...force_curves.metrics import LevelSummary
 from ..charts.comparison import MOST_TESTS, per_test_chart
 from ..charts.measurements import POINTS
 from ..charts.responses import caption, response_chart
+from ..parts.cards import with_interval
 from ..parts.chart import Chart
 from ..parts.page import Page
 from ..parts.theme import INK, PRESS, PRESS_BAND, looks
@@ -80,8 +81,8 @@ def _add_tests(page: Page, c: TestsComparison) -> None:
         e, share = c.result.errors[name], c.outside[name]
         rows.append(
             (
-                name, _interval(e.mae, e.mae_interval), _interval(e.rmse, e.rmse_interval),
-                _interval(e.bias, e.bias_interval, "+"), "not known" if share is None else f"{100 * share:.1f}",
+                name, with_interval(e.mae, e.mae_interval), with_interval(e.rmse, e.rmse_interval),
+                with_interval(e.bias, e.bias_interval, sign="+"), "not known" if share is None else f"{100 * share:.1f}",
                 c.order.chance(name), c.order.place(name, " to "),
             )
         )  # fmt: skip
@@ -177,11 +178,6 @@ def _order_html(order: Order, unit: str, error: str) -> str:
         + ("" if len(rows) == len(order.pairs) else f"; {len(order.pairs) - len(rows)} more pairs are told apart"),
     )  # fmt: skip
     return bullets(order.sentences(unit)) + shown
-
-
-def _interval(value: float, interval: tuple[float, float], sign: str = "") -> str:
-    text = f"{value:{sign}.4f}"
-    return text if np.isnan(interval[0]) else f"{text} [{interval[0]:{sign}.4f}, {interval[1]:{sign}.4f}]"
 
 
 def _spread(summary: LevelSummary) -> str:

@@ -127,7 +127,7 @@ def _confirmed(entry: Addition | None) -> str:
         return ""
     by = f"Errors of the refitted model by {entry['judged_by']}; tribofmu refine makes that model, and judges it on all points."
     # A page may show them beside what came of the addition.
-    return judged(entry["before"], entry["after"], "if it is added: ") + paragraph(by)
+    return judged(entry, entry, "if it is added: ") + paragraph(by)
 
 
 def _maps(found: Diagnosis, parts: list[str]) -> str:

@@ -11,7 +11,7 @@ from friction_models.loads import DataSet
 
 from ..charts.residuals import residual_chart
 from ..charts.responses import caption, response_chart
-from ..parts.cards import judged
+from ..parts.cards import INTERVALS, chance, in_numbers, judged
 from ..parts.page import Page
 from ..parts.theme import STYLES
 
@@ -65,17 +65,27 @@ def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, 
 def _history(history: list[Addition]) -> list[str]:
     if not history:
         return [paragraph("No round was judged: there are too few tests to leave some out.")]
+    names = {"rmse": "RMSE", "mae": "MAE"}
     rows = [
         (
-            k, " + ".join(entry["added"]), entry["judged_by"],
-            *(f"{errors[m]:.4f}" for m in ("rmse", "mae") for errors in (entry["before"], entry["after"])),
+            *((k, " + ".join(entry["added"]), entry["judged_by"]) if key == "rmse" else ("", "", "")), name,
+            *in_numbers(entry, key), chance(entry.get("clear")) if key == "rmse" else "",
         )
         for k, entry in enumerate(history, 1)
+        for key, name in names.items()
     ]  # fmt: skip
-    headings = ["round", "added", "judged by", "RMSE before", "after", "MAE before", "after"]
+    headings = [
+        "round",
+        "added",
+        "judged by",
+        "error",
+        "before [95 %]",
+        "after [95 %]",
+        "fall [95 %]",
+        "the fall is",
+    ]
     caption = (
-        "Each round against the ordinary fit of the model before it, over all points of the unseen tests. The error budget of a diagnosis "
-        "averages the points first, so its numbers are smaller by the noise of the sensor."
+        f"Each round against the ordinary fit of the model before it, over all points of the unseen tests. {INTERVALS} The error budget "
+        "of a diagnosis averages the points first, so its numbers are smaller by the noise of the sensor."
     )
-    last = history[-1]
-    return [judged(last["before"], last["after"]), table(headings, rows, range(3, 7), caption=caption)]
+    return [judged(history[-1], history[-1]), table(headings, rows, range(4, 7), caption=caption)]

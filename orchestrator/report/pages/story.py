@@ -9,7 +9,7 @@ from typing import Any
 from friction_models.common.markup import bullets, escape, paragraph, table
 
 from ..charts.rounds import rounds_chart
-from ..parts.cards import judged
+from ..parts.cards import INTERVALS, chance, in_numbers, judged
 from ..parts.chart import figure, figure_again
 from ..parts.page import Page
 from ..reading import ReadFigure, ReadPage
@@ -178,19 +178,23 @@ def _rounds(loops: Sequence[Loop]) -> list[str]:
         rows = [
             (
                 " and ".join(str(name) for name in entry["added"]),
-                f"{entry['before']['rmse']:.5f}", f"{entry['after']['rmse']:.5f}",
+                *in_numbers(entry, "rmse"),
                 f"{100 * (entry['after']['rmse'] / entry['before']['rmse'] - 1):+.0f} %",
+                chance(entry.get("clear")),
                 str(entry["judged_by"]),
             )
             for entry in loop.rounds
         ]  # fmt: skip
-        caption = "RMS error of mu on tests that the fit did not see, at the start and after each addition."
+        caption = "RMS error of mu on tests that the fit did not see, at the start and after each addition; bars: 95 % intervals over tests."
         name = "rounds" if number == 1 else f"rounds-{number}"
         parts += [
             f"<h3>{escape(loop.data)}</h3>" if len(loops) > 1 else "",
-            judged(first["before"], last["after"]),
+            judged(first, last),
             figure(name, rounds_chart(loop.rounds, loop.floor), caption, "Error after each round, falling as a staircase."),
-            table(["added", "RMSE of mu before", "after", "change", "judged by"], rows, numeric=(1, 2, 3)),
+            table(
+                ["added", "RMSE of mu before [95 %]", "after [95 %]", "fall [95 %]", "change", "the fall is", "judged by"],
+                rows, numeric=(1, 2, 3, 4), caption=INTERVALS,
+            ),
         ]  # fmt: skip
     return parts
 

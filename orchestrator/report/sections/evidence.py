@@ -8,7 +8,7 @@ from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.discovery.answer.figures_data import setpoints_text, where_text
 from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
 from friction_models.discovery.answer.uncertain_loads import from_loads_text
-from friction_models.discovery.answer.wording import floor_source, p_text
+from friction_models.discovery.answer.wording import floor_source, meaning_of_numbers, p_text
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.judge.verdict import LEVEL
 from friction_models.estimation.noise.noise_floor import NoiseFloorNumbers
@@ -53,7 +53,11 @@ def verdict_text(found: DiagnosisNumbers) -> str:
     said = found.get("sentence") or MEANINGS.get(verdict, "")
     said = said[:1].upper() + said[1:]
     sure = "" if confidence is None or "confidence" in said else f" Confidence {100 * confidence:.0f} %."
-    return f"<p><strong>{escape(verdict.replace('_', ' ').capitalize())}.</strong> {escape(said)}{sure}</p>"
+    # Behind a sentence that holds both numbers, the one seems to contradict the other.
+    p = next((r["p_value"] for r in found["ranking"] if r["effect"] in found["effects"]), None)
+    meaning = meaning_of_numbers(confidence, p if "p = " in said else None)
+    answer = f"<p><strong>{escape(verdict.replace('_', ' ').capitalize())}.</strong> {escape(said)}{sure}</p>"
+    return answer + (paragraph(meaning, "numbers-mean") if meaning else "")
 
 
 def budget_html(found: DiagnosisNumbers) -> str:
@@ -111,7 +115,8 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
             [(r["effect"], r["gain"], told(r["effect"], AFTER, "#6fb5b1", CONSTANT)) for r in ranking],
             threshold,
         ),
-        "Gain of every effect that was tried, with its physical sign enforced, in the order of the evidence: that is the "
+        "Gain (whitened squares, less 2 for each parameter) of every effect that was tried, with its physical sign enforced, in the order of "
+        "the evidence: that is the "
         f"gain where the form of the effect may be somewhat wrong. {needed}{apart}",
         "Ranking of effects by evidence.",
     )

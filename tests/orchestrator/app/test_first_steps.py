@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -161,3 +163,14 @@ def test_what_waits_behind_a_long_command_is_counted(project: Project) -> None:
         await until(lambda: "1 more waiting" in shown(user).split("\n"))
 
     look(project, test)
+
+
+def test_the_first_page_does_not_wait_for_what_it_does_not_need() -> None:
+    """What reads and fits data takes longer to import than the server to start."""
+    script = (
+        "import sys, orchestrator.app.server.listening, orchestrator.app.server.build, orchestrator.app.work.worker;"
+        "import orchestrator.app.pages.frame, orchestrator.app.pages.missing, orchestrator.app.serving;"
+        "print(sorted({'numpy', 'pandas', 'scipy', 'sklearn', 'numba', 'plotly', 'torch'} & sys.modules.keys()))"
+    )
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shlex
+import shutil
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -17,7 +20,10 @@ from starlette.testclient import TestClient
 
 from fmus import pack as pack_model
 from friction_models import ConstantFriction
-from orchestrator.app.project import Project
+from orchestrator.app import commands
+from orchestrator.app.fmu_facts import facts_of
+from orchestrator.app.project import HISTORY, Project, history
+from orchestrator.app.project.history import ACCEPTED, CHOSEN, ENDED, TAKEN_BACK
 from orchestrator.app.serving import add_files, has_page, page_address
 from orchestrator.cli.main import run
 
@@ -125,6 +131,68 @@ def test_the_page_of_an_fmu_is_shown_without_scripts_and_bounded(example: Projec
         assert [link.props["href"] for link in links] == ["/fmu-page/fmus/own.fmu"]
 
     look(example, test)
+
+
+def test_a_card_says_what_an_fmu_is(project: Project) -> None:
+    assert run(["pack", "models/linear", "-o", "fmus/linear.fmu"]) == 0
+    assert run(["pack", "models/linear", "--fmi", "3.0", "--nodes", "4", "-o", "fmus/four.fmu"]) == 0
+    assert run(["pack", "models/linear", "--nodes", "3", "--ssp", "-o", "fmus/three.ssp"]) == 0
+    pack_model(ConstantFriction(0.1), project.root / "fmus/constant.fmu", target="python", nodes=3)
+    facts = {name: dict(facts_of(project.root / f"fmus/{name}").rows) for name in ("linear.fmu", "four.fmu", "constant.fmu", "three.ssp")}  # fmt: skip
+    one, four = facts["linear.fmu"], facts["four.fmu"]
+    assert one["model"] == "friction linear" and one["FMI"] == "2.0, co-simulation and model exchange"
+    assert four["FMI"].startswith("3.0") and "contact points" not in one
+    assert (four["contact points"], facts["constant.fmu"]["contact points"]) == ("4", "3")
+    assert one["inputs"] == four["inputs"] == "v_rel [mm/s], T [degC], sigma_n [MPa], sd [mm], psi [1]"
+    assert one["outputs"].startswith("mu [1], domain_distance [1]") and facts["constant.fmu"]["outputs"].startswith("mu [1], ")  # fmt: skip
+    assert re.fullmatch(r"compiled code for \w+; C sources", one["runs as"])
+    assert facts["constant.fmu"]["runs as"] == "Python, which has to be installed"
+    assert set(facts["three.ssp"]) == {"size", "written"}
+    (project.root / "fmus/broken.fmu").write_bytes(b"PK no archive")
+    assert "cannot be read" in facts_of(project.root / "fmus/broken.fmu").problem
+    line = commands.fmus.check("fmus/linear.fmu").line
+
+    async def test(user: Any, worker: Any) -> None:
+        await user.open("/fmu")
+        await until(lambda: shown(user).count("not yet") == 4 and "cannot be read" in shown(user))
+        assert "v_rel [mm/s], T [degC]" in shown(user) and "friction linear" in shown(user)
+        assert str(project.root) not in shown(user)
+        history.add(project.root / HISTORY, ENDED, job=1, code=0, command=line)
+        history.add(project.root / HISTORY, ENDED, job=2, code=130, command=line)
+        await user.open("/fmu")
+        await until(lambda: "passed, 20" in shown(user) and "is newer" not in shown(user))
+        # A file that comes in the place of another one was not checked.
+        os.utime(project.root / "fmus/linear.fmu", (4e9, 4e9))
+        await user.open("/fmu")
+        await until(lambda: "the file is newer than that" in shown(user))
+
+    look(project, test)
+
+
+def test_what_was_taken_back_is_not_offered_as_the_model_in_hand(project: Project) -> None:
+    file, better = project.root / HISTORY, "models/linear-stribeck"
+    shutil.copytree(project.root / "models/linear", project.root / better)
+    history.add(file, CHOSEN, data="data/sct", model="linear")
+    history.add(file, ENDED, job=1, code=0, **commands.models.refine("data/sct", "linear", ["stribeck"]).more)
+
+    async def test(user: Any, worker: Any) -> None:
+        await user.open("/fmu")
+        field = labelled(user, ui.select, "Model")
+        assert field.value == "models/linear" and field.options[better] == "linear-stribeck (not accepted)"
+        history.add(file, ACCEPTED, model=better)
+        await until(lambda: labelled(user, ui.select, "Model").value == better)
+        assert labelled(user, ui.select, "Model").options[better] == "linear-stribeck"
+        labelled(user, ui.select, "Model").set_value(better)
+        history.add(file, TAKEN_BACK, model=better)
+        await until(lambda: labelled(user, ui.select, "Model").value == "models/linear")
+        field = labelled(user, ui.select, "Model")
+        assert field.options[better] == "linear-stribeck (taken back)"
+        # It can be packed all the same by whoever chooses it, and then the page says what it is.
+        field.set_value(better)
+        await until(lambda: "linear-stribeck is taken back: it is not the model in hand." in shown(user))
+        assert "tribofmu pack models/linear-stribeck" in shown(user)
+
+    look(project, test)
 
 
 @pytest.fixture(autouse=True)

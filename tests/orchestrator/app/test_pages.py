@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import json
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("nicegui", reason="the extra [app] is not installed")
@@ -24,7 +26,7 @@ from orchestrator.app.project.history import ACCEPTED, CHOSEN, ENDED
 from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
-from .seen import Idle, figures, look, shown, until, waiting
+from .seen import Idle, built, figures, look, shown, until, waiting
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +44,6 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def loop(finished: Path, tmp_path: Path) -> Project:
     """A copy of it."""
-    import shutil
-
     shutil.copytree(finished, tmp_path / "loop")
     return Project.open(tmp_path / "loop")
 
@@ -87,6 +87,14 @@ def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> N
         said = shown(user)
         assert "linear: Stribeck effect is missing" in said
         assert "What to test next" in said and said.count("What to test next") == 1
+        # Confidence and p stand in one sentence; the next line says what each of them means, here as in the report.
+        report = (loop.root / "reports/diagnosis-sct-linear.html").read_text()
+        for text in (said, report):
+            assert (
+                "p = 0.002" in text
+                and "chance alone would make some effect look this good in 0.2 % of data sets" in text
+            )
+            assert "of such answers to made-up data with a known cause" in text
         assert "synthetic data" in said
         # The effect beside the words; budget, ranking, residuals, their map, worst tests.
         assert len(figures(user)) == 6
@@ -108,6 +116,11 @@ def test_before_and_after_then_accepted_then_taken_back(loop: Project) -> None:
         (only,) = card["model"]["learned"]["error_history"]
         for errors in (only["before"], only["after"]):
             assert f"{errors['rmse']:.4f}" in shown(user)
+        low, high = (f"{edge:.4f}" for edge in only["intervals"]["after"]["rmse"])
+        said = shown(user)
+        # Beside the number, and in the table of the rounds; the fall is more than chance.
+        assert f"then {low} to {high}" in said and f"[{low}, {high}]" in said
+        assert only["clear"] and ": more than chance" in said
         user.find("Accept").click()
         await user.should_see("The rounds so far", retries=30)
         steps: list[Any] = []
@@ -118,6 +131,8 @@ def test_before_and_after_then_accepted_then_taken_back(loop: Project) -> None:
             await asyncio.sleep(0.01)
         assert steps[0]["data"][0]["y"] == pytest.approx([only["before"]["rmse"], only["after"]["rmse"]])
         assert only["after"]["rmse"] < only["before"]["rmse"]
+        tops = np.add(steps[0]["data"][0]["y"], steps[0]["data"][0]["error_y"]["array"])
+        assert list(tops) == pytest.approx([only["intervals"][k]["rmse"][1] for k in ("before", "after")])
         await user.should_see("What is the linear-stribeck model missing?")
         user.find("Take back the last one").click()
         await user.should_see("linear: Stribeck effect is missing", retries=30)
@@ -303,3 +318,21 @@ def storage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.chdir(tmp_path)
     yield
     assert not (tmp_path / ".nicegui").exists()
+
+
+def test_an_address_with_an_unknown_data_set_says_what_is_shown_instead(loop: Project) -> None:
+    shutil.copytree(loop.root / "data/sct", loop.root / "data/zinc")
+
+    async def test(user: User, worker: Worker) -> None:
+        for page in ("/explore", "/compare"):
+            await user.open(f"{page}?data=data/zink")
+            await user.should_see(
+                "no data set data/zink; the nearest name is data/zinc. This page shows data/sct."
+            )
+            await user.open(f"{page}?data=sct")
+            await user.should_see("no data set sct; the nearest name is data/sct.")
+            await user.open(f"{page}?data=data/zinc")
+            await built(user)
+            await user.should_not_see("The project has no data set")
+
+    look(loop, test)

@@ -109,6 +109,25 @@ def test_each_data_set_has_its_rounds(told: Project) -> None:
     assert "Explained." in text and "stribeck" in text
 
 
+def test_errors_stand_with_their_intervals(told: Project) -> None:
+    card = told.root / "models/linear-stribeck/card.json"
+    content = json.loads(card.read_text())
+    (entry,) = content["model"]["learned"]["error_history"]
+    known = {"before": [0.0061, 0.0075], "after": [0.0040, 0.0049], "fall": [0.0019, 0.0029]}
+    entry |= {"clear": True, "intervals": {k: {"rmse": v, "mae": v} for k, v in known.items()}}
+    card.write_text(json.dumps(content))
+    assert run(story().arguments) == 0
+    text = text_of(told.root)
+    assert "0.0068 [0.0061, 0.0075]" in text and "0.0044 [0.0040, 0.0049]" in text
+    assert "+0.0024 [+0.0019, +0.0029]" in text and "fell by 35 %: more than chance" in text
+    assert "95 %: 0.0061 to 0.0075, then 0.0040 to 0.0049; the fall 0.0019 to 0.0029" in text
+    # Intervals that are none are left out, and the round stays.
+    entry["intervals"] = {"before": "x"}
+    card.write_text(json.dumps(content))
+    assert run(story().arguments) == 0
+    assert "fell by 35 %" in text_of(told.root) and "95 %:" not in text_of(told.root)
+
+
 def test_it_loads_nothing_and_what_comes_from_files_stays_text(told: Project) -> None:
     (told.root / "project.yaml").write_text(f"format: 1\ntitle: '{HOSTILE}'\n")
     history.add(told.root / HISTORY, ENDED, command=HOSTILE, code=HOSTILE, seconds=1)

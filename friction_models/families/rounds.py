@@ -1,0 +1,43 @@
+"""Rounds of additions to a model as its file holds them, which may be anybody's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..common import InputError
+from ..common.errors import shown
+from ..models.measures import JUDGED, are_intervals, is_number
+
+
+def checked_round(entry: Any) -> dict[str, Any]:
+    """Return a round of additions as `refine` records it; raise InputError for another.
+
+    Examples
+    --------
+    >>> errors = {"rmse": 0.005, "mae": 0.004}
+    >>> checked_round({"added": ["stribeck"], "judged_by": "9 tests", "before": errors, "after": errors})["added"]
+    ['stribeck']
+    """
+    good = (
+        isinstance(entry, dict)
+        and isinstance(entry.get("judged_by"), str)
+        and all(_are_texts(entry.get(name, [])) for name in ("added", "corrects_data"))
+        and "added" in entry
+        and all(_are_measures(entry.get(name)) for name in ("before", "after"))
+        and are_intervals(entry.get("intervals", {}))
+        and isinstance(entry.get("clear", False), bool)
+    )
+    if not good:
+        raise InputError(
+            f"error_history: {shown(entry, 80)} is no round of additions; allowed: added, judged_by, and rmse and mae "
+            "before and after, with or without their intervals"
+        )
+    return dict(entry)
+
+
+def _are_texts(values: Any) -> bool:
+    return isinstance(values, list) and all(isinstance(v, str) for v in values)
+
+
+def _are_measures(values: Any) -> bool:
+    return isinstance(values, dict) and all(is_number(values.get(n)) for n in JUDGED)

@@ -1,0 +1,67 @@
+"""Errors before and after an addition have the intervals that `compare` gives, and say whether the fall is more than chance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.discovery_campaigns import campaign
+from friction_models import ComposedFriction, LinearFriction, load_model
+from friction_models.common import InputError
+from friction_models.discovery import compare, refine
+from friction_models.discovery.comparison import before_and_after
+from friction_models.discovery.refinement import history_text
+from friction_models.families.rounds import checked_round
+
+
+def test_they_are_those_of_compare(tmp_path: Any) -> None:
+    points, tests, _ = campaign("wear_out", seed=21, strength=1.0, thin=10)
+    model = refine(points, tests, model=LinearFriction(), add=["wear_out"])
+    entry = model.error_history_[-1]  # type: ignore[attr-defined]
+    held = points["test_id"].isin(tests.loc[tests["role"] == "test", "test_id"]).to_numpy()
+    plain = LinearFriction().fit_frame(points[~held], tests)
+    found = compare({"before": plain, "after": model}, points[held], tests)
+    for when in ("before", "after"):
+        errors = found.errors[when]
+        assert entry["intervals"][when]["rmse"] == pytest.approx(errors.rmse_interval)
+        assert entry["intervals"][when]["mae"] == pytest.approx(errors.mae_interval)
+        low, high = entry["intervals"][when]["rmse"]
+        assert low < entry[when]["rmse"] < high
+    assert entry["clear"] is True and found.clear
+    low, high = entry["intervals"]["fall"]["rmse"]
+    assert 0.0 < low < entry["before"]["rmse"] - entry["after"]["rmse"] < high
+    assert "more than chance" in history_text([entry])
+    model.save(tmp_path / "better")
+    kept = load_model(tmp_path / "better")
+    assert isinstance(kept, ComposedFriction) and kept.error_history_ == [entry]
+
+
+def test_a_fall_that_comes_from_one_test_may_be_chance() -> None:
+    """The same errors but in one test of ten, which is better by much: many sets of tests are drawn without it."""
+    group = np.repeat(np.arange(10), 20)
+    before = np.where(np.arange(200) % 2, 0.005, -0.005)
+    after = np.where(group == 0, 0.0, before) * 1.01
+    intervals, clear = before_and_after(before, after, group)
+    assert np.mean(after**2) < np.mean(before**2) and not clear
+    fall = intervals["fall"]["rmse"]
+    assert fall is not None and fall[0] < 0.0 < fall[1]
+    # Fewer than six tests never show more than chance, and one shows no interval.
+    assert not before_and_after(before[:100], 0.5 * before[:100], group[:100])[1]
+    alone, clear = before_and_after(before[:20], 0.5 * before[:20], group[:20])
+    assert alone["fall"] == {"rmse": None, "mae": None} and not clear
+    # What differs by rounding alone did not fall.
+    assert not before_and_after(before, before * (1.0 - 1e-9), group)[1]
+
+
+@pytest.mark.parametrize(
+    "strange", [{"intervals": 3}, {"intervals": {"before": 1}}, {"clear": "yes"},
+                {"intervals": {k: {"rmse": [0.1, float("nan")], "mae": None} for k in ("before", "after", "fall")}}],
+)  # fmt: skip
+def test_files_of_others_are_refused(strange: dict[str, Any]) -> None:
+    errors = {"rmse": 0.005, "mae": 0.004}
+    entry = {"added": ["a"], "judged_by": "9 tests", "before": errors, "after": errors}
+    assert checked_round(entry) == entry
+    with pytest.raises(InputError, match="is no round of additions"):
+        checked_round(entry | strange)
