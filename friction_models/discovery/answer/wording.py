@@ -32,7 +32,7 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
     Examples
     --------
     >>> meaning_of_numbers(0.5).partition(": ")[2]
-    'of such answers to made-up data with a known cause 50 % were right.'
+    'about 50 in 100 such answers are right, judged by made-up data whose cause is known; what the tests cannot show lowers it.'
     >>> "some effect look this good in 0.2 % of data sets" in meaning_of_numbers(0.5, 0.002)
     True
     >>> meaning_of_numbers(None)
@@ -40,7 +40,10 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
     """
     if confidence is None:
         return ""
-    sure = f"Confidence {confidence:.2f}: of such answers to made-up data with a known cause {100 * confidence:.0f} % were right."
+    sure = (
+        f"Confidence {confidence:.2f}: about {100 * confidence:.0f} in 100 such answers are right, judged by made-up data whose cause is "
+        "known; what the tests cannot show lowers it."
+    )
     if p is None:
         return sure
     return (

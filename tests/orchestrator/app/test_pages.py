@@ -94,7 +94,7 @@ def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> N
                 "p = 0.002" in text
                 and "chance alone would make some effect look this good in 0.2 % of data sets" in text
             )
-            assert "of such answers to made-up data with a known cause" in text
+            assert "judged by made-up data whose cause is known" in text
         assert "synthetic data" in said
         # The effect beside the words; budget, ranking, residuals, their map, worst tests.
         assert len(figures(user)) == 6
