@@ -47,25 +47,21 @@ def worn_diagnosis(worn: tuple[pd.DataFrame, pd.DataFrame]) -> Diagnosis:
     return diagnose(*worn)
 
 
-@pytest.mark.parametrize("campaigns", [6, pytest.param(12, marks=pytest.mark.nightly)])
-def test_no_false_alarms(campaigns: int) -> None:
-    verdicts = [
-        diagnose(*campaign(None, seed=500 + s, thin=40, extra=0)[:2]).verdict for s in range(campaigns)
-    ]
-    assert sum(v != "nothing_missing" for v in verdicts) <= campaigns // 12, verdicts
+def test_no_false_alarms() -> None:
+    verdicts = [diagnose(*campaign(None, seed=500 + s, thin=40, extra=0)[:2]).verdict for s in range(12)]
+    assert sum(v != "nothing_missing" for v in verdicts) <= 1, verdicts
 
 
-@pytest.mark.parametrize("every", [2, pytest.param(1, marks=pytest.mark.nightly)])
-def test_hidden_effects_are_named(every: int) -> None:
+def test_hidden_effects_are_named() -> None:
     first, named, sizes = 0, 0, []
-    for k, name in [*enumerate(CLEAR)][::every]:
+    for k, name in enumerate(CLEAR):
         thin = 20 if name in SHORT else 40
         points, tests, _ = campaign(name, seed=40 + k, strength=1.2, thin=thin, extra=0)
         answer = diagnose(points, tests)
         first += answer.ranking[0]["effect"] == name
         named += name in answer.confusion_set
         sizes.append(len(answer.confusion_set))
-    assert first >= 0.9 * len(sizes) and named >= 0.9 * len(sizes)
+    assert first >= 0.9 * len(CLEAR) and named >= 0.9 * len(CLEAR)
     assert np.mean(sizes) <= 1.4
 
 
