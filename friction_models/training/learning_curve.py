@@ -119,7 +119,12 @@ def needed_tests(sizes: Sequence[int], curve: FloatArray, accuracy: float) -> fl
     last = int(above[-1])
     if last == len(curve) - 1:
         return None
-    high, low = (math.log(max(float(e), TINY)) for e in curve[last : last + 2])
+    return _between(sizes, last, float(curve[last]), float(curve[last + 1]), accuracy)
+
+
+def _between(sizes: Sequence[int], last: int, above: float, below: float, accuracy: float) -> float:
+    """Return where the power law between two sizes, `last` the first of them, has an accuracy; its errors there are given."""
+    high, low = math.log(max(above, TINY)), math.log(max(below, TINY))
     share = (high - math.log(max(accuracy, TINY))) / (high - low) if high > low else 1.0
     return float(sizes[last] * (sizes[last + 1] / sizes[last]) ** share)
 
@@ -203,8 +208,15 @@ def share_fewer(
 
 def _needed_by_draw(sizes: Sequence[int], matrix: FloatArray, accuracy: float, seed: int) -> FloatArray:
     """Return the tests needed in each resample, infinite where the accuracy is not reached."""
-    found = (needed_tests(sizes, curve, accuracy) for curve in _resampled(matrix, seed))
-    return np.array([math.inf if n is None else n for n in found])
+    curves = _resampled(matrix, seed)
+    above = ~(curves < accuracy)
+    found = np.where(above.any(axis=1), math.inf, float(sizes[0]))
+    # One by one only where a curve falls below between two sizes; a page asks for millions of them.
+    (rows,) = np.nonzero(above.any(axis=1) & ~above[:, -1])
+    last = len(sizes) - 1 - np.argmax(above[rows, ::-1], axis=1)
+    ends = zip(last.tolist(), curves[rows, last].tolist(), curves[rows, last + 1].tolist(), strict=True)
+    found[rows] = [_between(sizes, *end, accuracy) for end in ends]
+    return found
 
 
 def _resampled(matrix: FloatArray, seed: int) -> FloatArray:

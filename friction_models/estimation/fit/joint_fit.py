@@ -136,6 +136,7 @@ class JointProblem:
         self.layout = Layout.of(campaign) if len(campaign.tests) >= LEAST_TESTS and campaign.grouped else None
         self.root = None if weights is None else np.sqrt(campaign.average(weights))
         self.whiten: Any = self._weighted(lambda values: values)
+        self._known: tuple[Any, FloatArray, FloatArray] | None = None
         self.scanned = False
         self.estimated: NoiseFloor | None = None
 
@@ -209,8 +210,8 @@ class JointProblem:
         """As `solve`, with the weighted residual behind."""
         p, n = self.base.shape[1], len(self.y)
         matrix = self.whiten(np.column_stack([self.base, *blocks]))
-        matrix[:, p:] *= _seen_beside(matrix[:, :p], matrix[:, p:])
-        target = self.whiten(self.y)
+        along, target = self._fixed(matrix[:, :p])
+        matrix[:, p:] *= _seen_beside(along, matrix[:, p:])
         scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
         x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
         if any(e.pooled for e in self.effects):
@@ -231,6 +232,13 @@ class JointProblem:
         sizes = np.cumsum([0, *(len(e.amplitudes) for e in self.effects)])
         amplitudes = [x[p + a : p + b] for a, b in pairwise(sizes)]
         return x[:p], amplitudes, rest
+
+    def _fixed(self, base: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return orthonormal columns of the whitened base, and the whitened target: once for all shapes that are tried."""
+        if self._known is None or self._known[0] is not self.whiten:
+            q = np.linalg.qr(base / np.maximum(np.linalg.norm(base, axis=0), 1e-300))[0]
+            self._known = self.whiten, q, self.whiten(self.y)
+        return self._known[1:]
 
     def _pull(self, blocks: list[FloatArray], x: FloatArray) -> FloatArray:
         """Return how much each coefficient is drawn towards zero beside a free fit `x`: the offsets of pooled levels."""
@@ -314,12 +322,11 @@ def _rows(values: FloatArray, by: FloatArray) -> FloatArray:
     return values * (by if values.ndim == 1 else by[:, None])
 
 
-def _seen_beside(base: FloatArray, columns: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which columns vary beside a base whose first column is the level, shape (k,).
+def _seen_beside(q: FloatArray, columns: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which columns vary beside orthonormal ones of a base, of which the first is the level, shape (k,).
 
     The amplitude of one that hardly does would be large, cancelled by slopes of the base.
     """
-    q = np.linalg.qr(base / np.maximum(np.linalg.norm(base, axis=0), 1e-300))[0]
     along = q.T @ columns
     whole = np.sum(columns**2, axis=0)
     left = whole - np.sum(along**2, axis=0)
