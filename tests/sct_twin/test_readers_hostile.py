@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from friction_models.common import InputError
+from friction_models.common.processes import timed
 from sct_twin.readers import csv as csv_reader
 from sct_twin.readers import guarded, read_file
 
@@ -213,6 +214,28 @@ def test_a_reader_that_hangs_or_dies_is_ended(tmp_path: Path) -> None:
     assert process is not None
     process.process.kill()
     process.process.wait()
+    assert len(read_file(path).frame) == len(FRAME)
+
+
+def test_the_time_to_load_a_library_is_not_that_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "x.parquet"
+    path.write_bytes(valid("Parquet"))
+    late = tmp_path / "late"
+    late.mkdir()
+    # Every process that starts with this path is late.
+    (late / "sitecustomize.py").write_text("import time; time.sleep(6.0)\n", encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(late))
+    guarded.close()
+    assert len(guarded.read_guarded(path, "Parquet", patience=5.0).frame) == len(FRAME)
+    guarded.close()
+    monkeypatch.setattr(timed, "START_LIMIT", 0.5)
+    with pytest.raises(
+        InputError, match=r"x\.parquet: the process that is to read it as Parquet is not ready"
+    ):
+        guarded.read_guarded(path, "Parquet")
+    monkeypatch.undo()
     assert len(read_file(path).frame) == len(FRAME)
 
 
