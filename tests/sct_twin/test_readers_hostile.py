@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import pickle
 import struct
 import zipfile
@@ -206,9 +207,10 @@ def test_counts_that_a_catman_file_cannot_hold(tmp_path: Path) -> None:
 def test_a_reader_that_hangs_or_dies_is_ended(tmp_path: Path) -> None:
     path = tmp_path / "x.parquet"
     path.write_bytes(valid("Parquet"))
-    guarded.close()
-    with pytest.raises(InputError, match=r"x\.parquet: reading it as Parquet takes longer than 0 s"):
-        guarded.read_guarded(path, "Parquet", patience=0.001)
+    endless = tmp_path / "endless.parquet"
+    os.mkfifo(endless)  # nobody writes into it
+    with pytest.raises(InputError, match=r"endless\.parquet: reading it as Parquet takes longer than 1 s"):
+        guarded.read_guarded(endless, "Parquet", patience=1.0)
     assert len(read_file(path).frame) == len(FRAME)
     process = guarded._reader
     assert process is not None
