@@ -213,14 +213,12 @@ def tests(
 
     The table before is kept in the folder `earlier` beside it. A column that is not there is added.
     """
-    from friction_models.loads.tests_table import TableOfTests, read_change
+    from friction_models.loads.tests_table import TableOfTests, change_tests, read_change
 
-    table = TableOfTests.load(data)
     if not changes:
-        say(table.text())
+        say(TableOfTests.load(data).text())
         return
-    changed = table.changed(map(read_change, changes))
-    kept = changed.save()
+    table, changed, kept = change_tests(data, [read_change(c) for c in changes])
     say(f"test table written: {changed.file} ({table.difference(changed)})")
     if kept is not None:
         say(f"the table before: {kept}")
