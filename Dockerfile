@@ -1,5 +1,6 @@
 # tribofmu with the forming solver, the twin, all readers, reports and the workbench; torch, dask and test tools are left out.
 #   docker build -t tribofmu . && docker run --rm -u "$(id -u):$(id -g)" -v "$PWD:/work" tribofmu diagnose --data data --model linear
+# docs/installation.md: the workbench, and what was tried.
 FROM python:3.11-slim AS wheel
 WORKDIR /source
 COPY . .

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -14,12 +13,13 @@ import numpy.typing as npt
 
 from friction_models.common import InputError
 from friction_models.common.processes.child_processes import python_command
+from friction_models.common.processes.timed import NotReady, run_timed, say_ready
 
 from .parity import original_mu, session
 from .signature import Signature
 
 Array = npt.NDArray[Any]
-#: Longest time [s] and most memory [bytes] of the attempt.
+#: Longest time [s] that the graph may run, and most memory [bytes] of the process.
 TIME_LIMIT = 60.0
 MEMORY_LIMIT = 2 * 1024**3
 
@@ -38,16 +38,14 @@ def try_original(content: bytes, signature: Signature, points: Array, where: str
         task = {"where": where, "signature": signature.to_dict(), "points": points.tolist()}
         (folder / "task.json").write_text(json.dumps(task), encoding="utf-8")
         try:
-            subprocess.run(
-                python_command(__name__, name),
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=TIME_LIMIT,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
+            run_timed(python_command(__name__, name), TIME_LIMIT)
+        except TimeoutError:
             raise InputError(
                 f"{where}: {len(points)} points are not evaluated after {TIME_LIMIT:g} s; allowed: a closed formula"
+            ) from None
+        except NotReady as late:
+            raise InputError(
+                f"{where}: the process that is to run the graph is {late}; allowed: a machine with less other work"
             ) from None
         answer = folder / "answer.json"
         if not answer.is_file():
@@ -62,8 +60,11 @@ def try_original(content: bytes, signature: Signature, points: Array, where: str
 
 def main() -> None:
     """Run the task in the folder of the first argument; the answer is a sentence, or empty."""
+    import onnxruntime  # noqa: F401  (that it is loaded before the time counts)
+
     from ..archive.limits import limit_memory
 
+    say_ready()
     limit_memory(MEMORY_LIMIT)
     folder = Path(sys.argv[1])
     task = json.loads((folder / "task.json").read_text(encoding="utf-8"))

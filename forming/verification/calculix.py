@@ -77,7 +77,11 @@ def executable() -> str | None:
 
 def version(program: str) -> str:
     """Return the version of the program, or an empty string."""
-    answer = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20.0, check=False)
+    try:
+        answer = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20.0, check=False)
+    except subprocess.TimeoutExpired:
+        # A machine that is busy: the run has a limit of its own.
+        return ""
     found = re.search(r"Version\s+(\S+)", answer.stdout)
     return found.group(1) if found else ""
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
+
+_OBEYED = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
 
 class InputError(ValueError):
@@ -51,6 +54,19 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
     place = f"{where}: " if where else ""
     guess = f"; did you mean {hint!r}?" if hint else ""
     return InputError(f"{place}unknown {kind} {str(name)!r}; allowed: {', '.join(names)}{guess}")
+
+
+def inert(text: str) -> str:
+    """Return a text without what a terminal would obey: control characters, and those that turn the direction of writing.
+
+    Its lines and blanks stay.
+
+    Examples
+    --------
+    >>> inert("a\\x1b[31mb\\tc\\u202ed")
+    'a[31mb\\tcd'
+    """
+    return _OBEYED.sub("", text)
 
 
 def shown(text: object, most: int = 300) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import os
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..common.errors import InputError, nearest, shown, unknown_name
@@ -21,7 +22,13 @@ from .table import encoding_of, header_of
 ROLES = ("train", "test")
 #: Larger tables are not changed here.
 _MAX_BYTES = 50_000_000
+#: How often a table that others change meanwhile is read again.
+TRIES = 20
 _COLUMN = re.compile(r"[^\W\d]\w{0,59}")
+
+
+class ChangedMeanwhile(InputError):
+    """Another process wrote the table after this one read it."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,8 @@ class TableOfTests:
     rows : tuple of tuple of str
         Names of the columns, perhaps their units, and one row a test.
     separator : str
+    content : bytes or None
+        The file as it was read, None where there was none: `save` overwrites nothing else.
 
     Examples
     --------
@@ -53,6 +62,7 @@ class TableOfTests:
     above: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     separator: str = ","
+    content: bytes | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> TableOfTests:
@@ -76,6 +86,7 @@ class TableOfTests:
             raise InputError(f"{file}: Parquet; allowed: a test table as text, such as tests.csv")
         if file.is_file() and file.stat().st_size > _MAX_BYTES:
             raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
+        content = file.read_bytes() if file.is_file() else None
         read_tests(file)
         above, separator = header_of(file)
         with file.open(encoding=encoding_of(file), newline="") as stream:
@@ -85,7 +96,7 @@ class TableOfTests:
         width = max(map(len, rows))
         # Cells that a row lacks at its end are empty ones.
         rows = [row + ("",) * (width - len(row)) for row in rows]
-        return cls(file, tuple(lines), tuple(rows), separator)
+        return cls(file, tuple(lines), tuple(rows), separator, content)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -158,6 +169,8 @@ class TableOfTests:
         ------
         InputError
             What would be written is no test table.
+        ChangedMeanwhile
+            The file is no longer the one that was read; nothing is written.
         """
         with atomic_path(self.file) as temporary:
             temporary.write_text(self._written(), encoding="utf-8", newline="")
@@ -169,7 +182,12 @@ class TableOfTests:
                 raise InputError(str(error).replace(str(read), str(self.file))) from None
             finally:
                 read.rename(temporary)
-            kept = keep(self.file, self.file.parent) if self.file.is_file() else None
+            now = self.file.read_bytes() if self.file.is_file() else None
+            if now != self.content:
+                raise ChangedMeanwhile(
+                    f"{self.file}: another command changed it meanwhile; allowed: the same command again"
+                )
+            kept = keep(self.file, self.file.parent) if now is not None else None
         return kept
 
     def _written(self) -> str:
@@ -182,6 +200,25 @@ class TableOfTests:
         """Return the table for the console."""
         widths = [max(len(row[k]) for row in self.rows) for k in range(len(self.rows[0]))]
         return "\n".join(_padded(row, widths) for row in self.rows)
+
+
+def change_tests(
+    path: str | os.PathLike[str], changes: Sequence[tuple[str, str, str]]
+) -> tuple[TableOfTests, TableOfTests, Path | None]:
+    """Change cells of the test table of a folder or a file, after other processes that do so at the same time.
+
+    Returns the table before, the table that was written, and where the file before is kept, as `TableOfTests.save`.
+
+    Raises InputError: as `TableOfTests`.
+    """
+    for _ in range(TRIES):
+        table = TableOfTests.load(path)
+        changed = table.changed(changes)
+        with contextlib.suppress(ChangedMeanwhile):
+            return table, changed, changed.save()
+    raise ChangedMeanwhile(
+        f"{path}: other commands change its test table all the time; allowed: one at a time"
+    )
 
 
 def read_change(text: str) -> tuple[str, str, str]:

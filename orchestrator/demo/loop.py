@@ -17,6 +17,7 @@ import numpy as np
 from friction_models.common import InputError, grown, write_json
 from friction_models.common.files import read_json
 from friction_models.common.folders import DEMO
+from friction_models.common.imports.extras import need
 from friction_models.loads import DataSet
 
 from ..comparison.level_runs import outside_domain
@@ -81,6 +82,7 @@ class Demo:
 
     def run(self) -> DemoResult:
         """Do all steps that are not done yet; write ``demo.json`` and ``report.html``."""
+        self._check_libraries()
         from ..report import write_report
 
         grown(self.out, DEMO)
@@ -122,6 +124,14 @@ class Demo:
             report = write_report(self.out)
             tick(1, 1, "")
         return DemoResult(self.out, report, summary)
+
+    def _check_libraries(self) -> None:
+        """Say at once what a later step lacks, not after minutes of work."""
+        need("numba", "solvers", "the demo")
+        need("plotly", "reports", "the demo")
+        trained = (self.out / "models" / "other").exists()
+        if not trained and "ffnn" in (self.scenario.base, self.scenario.other):
+            need("torch", "train-networks", "the demo, which trains a neural network,")
 
     # --- steps ------------------------------------------------------------------------------------
 

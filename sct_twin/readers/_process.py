@@ -1,4 +1,7 @@
-"""The reading process of `readers.guarded`: reads one file for each line of its input and answers with one line."""
+"""The reading process of `readers.guarded`: reads one file for each line of its input.
+
+It answers with two lines: that the library is loaded, and what it read.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,8 @@ import numpy as np
 
 from friction_models.common import InputError
 
-from .formats import read_kind
-from .guarded import MEMORY
+from .formats import load_library, read_kind
+from .guarded import MEMORY, READY
 from .table import RawTable
 
 
@@ -78,4 +81,7 @@ def main() -> None:
     out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     for line in sys.stdin:
-        print(json.dumps(_answer(json.loads(line))), file=out, flush=True)
+        question = json.loads(line)
+        load_library(question["kind"])
+        print(READY, file=out, flush=True)
+        print(json.dumps(_answer(question)), file=out, flush=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 from collections.abc import Callable
 from pathlib import Path
@@ -35,6 +36,14 @@ _READERS = {
     "MATLAB": (".matlab", "read_matlab"),
     "Parquet": (".parquet", "read_parquet"),
     "Excel": (".excel", "read_excel"),
+}
+#: What takes its time to load, sometimes longer than a file to read.
+_LIBRARIES = {
+    "MDF": "asammdf",
+    "TDMS": "nptdms",
+    "MATLAB": "scipy.io.matlab",
+    "Parquet": "pyarrow.parquet",
+    "Excel": "openpyxl",
 }
 _PICKLE = (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -101,6 +110,12 @@ def library(module: str, package: str, file: Path, kind: str) -> ModuleType:
         raise InputError(
             f"{file}: {kind} files need {package} ({error}); install it with pip install 'tribofmu[daq]'"
         ) from None
+
+
+def load_library(kind: str) -> None:
+    """Load the library of a kind, so that reading takes the time of reading alone; one that is missing is told there."""
+    with contextlib.suppress(ImportError):
+        importlib.import_module(_LIBRARIES[kind])
 
 
 def read_kind(file: Path, kind: str) -> RawTable:

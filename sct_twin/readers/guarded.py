@@ -22,15 +22,19 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
+from friction_models.common.processes import timed
 from friction_models.common.processes.child_processes import python_command
+from friction_models.common.processes.timed import NotReady
 
 from .table import RawTable
 
 #: Memory a reader may use [bytes], where the system can limit it.
 MEMORY = 6 * 1024**3
-#: Time a reader may take [s]: a start, and a rate that the slowest library (Excel) reaches.
+#: Time a reader may take [s] once its library is loaded: a start, and a rate that the slowest library (Excel) reaches.
 PATIENCE = 60.0
 BYTES_PER_SECOND = 2e5
+#: The line by which the process says that the library is loaded.
+READY = "ready"
 
 _lock = threading.Lock()
 _reader: _Process | None = None
@@ -70,7 +74,12 @@ class _Process:
     def ask(self, question: Mapping[str, str], patience: float) -> _Answer | None:
         """Return the answer; None when the process ended.
 
-        Raises TimeoutError: no answer within `patience` seconds.
+        Raises
+        ------
+        TimeoutError
+            No answer within `patience` seconds after the library was loaded.
+        NotReady
+            Not even that was done in time.
         """
         assert self.process.stdin is not None
         try:
@@ -78,12 +87,21 @@ class _Process:
             self.process.stdin.flush()
         except OSError:
             return None
-        try:
-            line = self.answers.get(timeout=patience)
-        except queue.Empty:
-            raise TimeoutError from None
+        ready = self._line(timed.START_LIMIT)
+        if ready is None:
+            raise NotReady(f"not ready after {timed.START_LIMIT:g} s")
+        line = self._line(patience) if ready else ""
+        if line is None:
+            raise TimeoutError
         answer: _Answer | None = json.loads(line) if line else None
         return answer
+
+    def _line(self, patience: float) -> str | None:
+        """Return the next line, an empty one when the process ended, None when nothing came in time."""
+        try:
+            return self.answers.get(timeout=patience)
+        except queue.Empty:
+            return None
 
     def end(self) -> None:
         """End the process."""
@@ -114,7 +132,7 @@ atexit.register(close)
 def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTable:
     """Read a file of one of the kinds of `readers.formats` in the reading process.
 
-    Raises InputError: what the reader says; or it took too long, too much memory, or crashed.
+    Raises InputError: what the reader says; or it took too long, too much memory, or crashed; or it did not even start.
     """
     global _reader
     limit = PATIENCE + file.stat().st_size / BYTES_PER_SECOND if patience is None else patience
@@ -127,6 +145,11 @@ def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTab
             _end_locked()
             raise InputError(
                 f"{file}: reading it as {kind} takes longer than {limit:.0f} s; the file looks damaged"
+            ) from None
+        except NotReady as late:
+            _end_locked()
+            raise InputError(
+                f"{file}: the process that is to read it as {kind} is {late}; allowed: a machine with less other work"
             ) from None
         except BaseException:
             # An interrupt leaves an answer on its way: the next file must not get it.

@@ -23,6 +23,8 @@ from fmus.user_onnx.operators import arithmetic
 from fmus.user_onnx.spec import Spec
 from friction_models import ConstantFriction, OnnxModel
 from friction_models.common import InputError
+from friction_models.common.processes import timed
+from friction_models.common.processes.child_processes import python_command
 from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.foreign import DOUBLE, FLOAT, Array, forest, model_bytes, node
 from tests.fmus.graphs import random_loads, runtime, save
@@ -372,12 +374,48 @@ def test_what_would_take_all_memory_is_tried_in_a_second_process(tmp_path: Path)
 
 
 def test_what_does_not_end_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(attempt, "TIME_LIMIT", 0.01)  # no process starts that fast
-    content = model_bytes(
-        [node("Sin", "in", "a"), node("ReduceSum", "a axis", "out")], {"axis": np.array([1])}
-    )
-    with pytest.raises(InputError, match="are not evaluated after"):
+    monkeypatch.setattr(attempt, "TIME_LIMIT", 0.5)
+    # Loops are refused when the file is read; products of large matrices take hours, too.
+    nodes = [
+        node("ConstantOfShape", "large", "m0"),
+        *(node("MatMul", f"m{k} m{k}", f"m{k + 1}") for k in range(1000)),
+        node("ReduceMax", "m1000", "most", keepdims=0),
+        node("ReduceSum", "in axis", "s"),
+        node("Add", "s most", "t"),
+        node("Sin", "t", "out"),
+    ]
+    content = model_bytes(nodes, {"large": np.array([4000, 4000]), "axis": np.array([1])})
+    with pytest.raises(InputError, match=r"are not evaluated after 0\.5 s"):
         read_user_model(content, "m.onnx", python=True)
+
+
+#: Has no translation.
+SINES = model_bytes([node("Sin", "in", "a"), node("ReduceSum", "a axis", "out")], {"axis": np.array([1])})
+
+
+def started_late(monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
+    """Let the process of the attempt take longer to load what it needs."""
+
+    def command(*words: str) -> list[str]:
+        *begin, code, path, module, folder = python_command(*words)
+        return [*begin, f"import time; time.sleep({seconds}); {code}", path, module, folder]
+
+    monkeypatch.setattr(attempt, "python_command", command)
+
+
+def test_the_time_to_load_libraries_is_not_that_of_the_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    started_late(monkeypatch, 6.0)
+    monkeypatch.setattr(attempt, "TIME_LIMIT", 5.0)
+    assert read_user_model(SINES, "m.onnx", python=True).agreement is None
+
+
+def test_a_process_that_never_starts_to_run_the_graph_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    started_late(monkeypatch, 600.0)
+    monkeypatch.setattr(timed, "START_LIMIT", 0.5)
+    with pytest.raises(
+        InputError, match=r"m\.onnx: the process that is to run the graph is not ready after 0\.5 s"
+    ):
+        read_user_model(SINES, "m.onnx", python=True)
 
 
 def test_a_deep_graph_is_no_deep_recursion(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from friction_models.common import InputError
 from friction_models.loads import DataSet
-from friction_models.loads.tests_table import TableOfTests
+from friction_models.loads.tests_table import ChangedMeanwhile, TableOfTests
 from orchestrator.cli.main import run
 
 GERMAN = "Prüfer;Meier;\ntest_id;T_tool;charge\n;K;\n007;293,15;00012\n008;473,15;\n"
@@ -32,6 +32,29 @@ def test_only_the_cells_that_were_named_change(folder: Path) -> None:
     again = TableOfTests.load(folder).changed([("007", "charge", "")]).save()
     assert again is not None and again.name == "tests-002.csv"
     assert sorted(p.name for p in (folder / "earlier").iterdir()) == ["tests-001.csv", "tests-002.csv"]
+
+
+def test_what_another_command_changes_meanwhile_is_not_lost(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ours = TableOfTests.load(folder).changed([("007", "batch", "A")])
+    TableOfTests.load(folder).changed([("008", "batch", "B")]).save()
+    with pytest.raises(ChangedMeanwhile, match="another command changed it meanwhile"):
+        ours.save()
+    assert [p.name for p in (folder / "earlier").iterdir()] == ["tests-001.csv"]
+
+    # The command reads it again: both changes stay.
+    load, others = TableOfTests.load, ["C"]
+
+    def overtaken(path: str | Path) -> TableOfTests:
+        table = load(path)
+        while others:
+            load(path).changed([("008", "batch", others.pop())]).save()
+        return table
+
+    monkeypatch.setattr(TableOfTests, "load", overtaken)
+    assert run(["tests", str(folder), "--set", "007:batch=A"]) == 0
+    assert [cells["batch"] for cells in load(folder).cells()] == ["A", "C"]
 
 
 @pytest.mark.parametrize(

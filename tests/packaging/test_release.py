@@ -15,8 +15,10 @@ import pytest
 import yaml
 
 from friction_models.common import InputError
+from friction_models.common.imports import extras
 from friction_models.common.imports.extras import need
 from orchestrator.cli.main import run
+from orchestrator.demo import Demo
 
 from ..wheel_alone import HEAVY, PACKAGES
 
@@ -40,13 +42,13 @@ def test_importing_the_packages_loads_nothing_heavy() -> None:
 
 
 def test_a_diagnosis_loads_no_library_of_an_extra(tmp_path: Path) -> None:
-    extras = ("numba", "plotly", "pyarrow", "meshio", "pint", "torch", "nicegui")
+    libraries = ("numba", "plotly", "pyarrow", "meshio", "pint", "torch", "nicegui")
     code = f"""
 import sys
 from importlib.resources import files
 class Refused:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {extras!r}:
+        if name.partition(".")[0] in {libraries!r}:
             raise ModuleNotFoundError(name)
 sys.meta_path.insert(0, Refused())
 from orchestrator.cli.main import run
@@ -65,6 +67,18 @@ def test_a_library_that_is_missing_is_named_with_its_extra() -> None:
         InputError, match=r"^this needs no_such_library.*pip install 'tribofmu\[reports\]' brings it$"
     ):
         need("no_such_library", "reports", "this")
+
+
+@pytest.mark.parametrize(
+    ("library", "extra"), [("numba", "solvers"), ("plotly", "reports"), ("torch", "train-networks")]
+)
+def test_the_demo_says_before_its_first_step_what_a_later_one_lacks(
+    library: str, extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == library else name)
+    with pytest.raises(InputError, match=rf"the demo.* needs {library}.*tribofmu\[{extra}\]"):
+        Demo(tmp_path / "demo").run()
+    assert not (tmp_path / "demo").exists()
 
 
 def test_every_extra_that_a_sentence_names_is_declared() -> None:
@@ -111,10 +125,10 @@ def recipe() -> dict[str, Any]:
 
 
 def test_the_conda_recipe_needs_what_the_package_needs_in_the_same_versions() -> None:
-    extras = OWN["optional-dependencies"]
+    optional = OWN["optional-dependencies"]
     wanted = {
         re.sub(r"[ _]", "-", r.lower())
-        for r in [*OWN["dependencies"], *extras["solvers"], *extras["reports"]]
+        for r in [*OWN["dependencies"], *optional["solvers"], *optional["reports"]]
     }
     python = f"python{OWN['requires-python']}"
     needed = recipe()["requirements"]
@@ -169,6 +183,6 @@ def test_the_image_asks_for_extras_and_files_that_exist() -> None:
 
 def test_every_dependency_has_a_version_that_was_tried() -> None:
     pinned = names((ROOT / "constraints.txt").read_text(encoding="utf-8").split())
-    extras = OWN["optional-dependencies"]
-    every = names([*OWN["dependencies"], *(r for requirements in extras.values() for r in requirements)])
+    optional = OWN["optional-dependencies"]
+    every = names([*OWN["dependencies"], *(r for requirements in optional.values() for r in requirements)])
     assert every - {"tribofmu"} <= pinned

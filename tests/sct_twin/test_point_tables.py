@@ -208,7 +208,9 @@ def test_the_command_drafts_a_map_and_writes_a_data_set(
     said = capsys.readouterr().out
     Path("points.yaml").write_text(said[said.index("columns:") :])
     assert run(["points", file.name, "--map", "points.yaml", "-o", "data"]) == 0
-    assert "1 test, 5 points; not measured: sigma_n, sd, psi" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "1 test, 5 points; not measured: sigma_n, sd, psi" in said
+    assert "in it: v_rel 200 to " in said and " mm/s, T " in said and "psi" not in said.partition("in it:")[2]
     data = DataSet.load("data")
     assert data.points["v_rel"].iloc[0] == pytest.approx(200.0) and not data.synthetic
     assert run(["points", file.name]) == 2 and "-o is missing" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import pickle
 import struct
 import zipfile
@@ -18,6 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from friction_models.common import InputError
+from friction_models.common.processes import timed
 from sct_twin.readers import csv as csv_reader
 from sct_twin.readers import guarded, read_file
 
@@ -205,14 +207,37 @@ def test_counts_that_a_catman_file_cannot_hold(tmp_path: Path) -> None:
 def test_a_reader_that_hangs_or_dies_is_ended(tmp_path: Path) -> None:
     path = tmp_path / "x.parquet"
     path.write_bytes(valid("Parquet"))
-    guarded.close()
-    with pytest.raises(InputError, match=r"x\.parquet: reading it as Parquet takes longer than 0 s"):
-        guarded.read_guarded(path, "Parquet", patience=0.001)
+    endless = tmp_path / "endless.parquet"
+    os.mkfifo(endless)  # nobody writes into it
+    with pytest.raises(InputError, match=r"endless\.parquet: reading it as Parquet takes longer than 1 s"):
+        guarded.read_guarded(endless, "Parquet", patience=1.0)
     assert len(read_file(path).frame) == len(FRAME)
     process = guarded._reader
     assert process is not None
     process.process.kill()
     process.process.wait()
+    assert len(read_file(path).frame) == len(FRAME)
+
+
+def test_the_time_to_load_a_library_is_not_that_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "x.parquet"
+    path.write_bytes(valid("Parquet"))
+    late = tmp_path / "late"
+    late.mkdir()
+    # Every process that starts with this path is late.
+    (late / "sitecustomize.py").write_text("import time; time.sleep(6.0)\n", encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(late))
+    guarded.close()
+    assert len(guarded.read_guarded(path, "Parquet", patience=5.0).frame) == len(FRAME)
+    guarded.close()
+    monkeypatch.setattr(timed, "START_LIMIT", 0.5)
+    with pytest.raises(
+        InputError, match=r"x\.parquet: the process that is to read it as Parquet is not ready"
+    ):
+        guarded.read_guarded(path, "Parquet")
+    monkeypatch.undo()
     assert len(read_file(path).frame) == len(FRAME)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,6 +15,9 @@ from friction_models.common.wording import counted
 from ..common.console import keeping, note, progress, say
 from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Jobs, OutFolder
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 app = Commands(rich_markup_mode="rich")
 
@@ -192,6 +195,7 @@ def points(
             note(f"{', '.join(more)}: taken from the test table before, for tests of the same name")
     dataset.save(out)
     say(f"data set written: {out} ({found.headline()})")
+    say(f"in it: {_ranges(dataset.points)}")
 
 
 @app.command(epilog="Example: tribofmu tests data --set t01:role=test --set 't0*:batch=A'")
@@ -213,17 +217,26 @@ def tests(
 
     The table before is kept in the folder `earlier` beside it. A column that is not there is added.
     """
-    from friction_models.loads.tests_table import TableOfTests, read_change
+    from friction_models.loads.tests_table import TableOfTests, change_tests, read_change
 
-    table = TableOfTests.load(data)
     if not changes:
-        say(table.text())
+        say(TableOfTests.load(data).text())
         return
-    changed = table.changed(map(read_change, changes))
-    kept = changed.save()
+    table, changed, kept = change_tests(data, [read_change(c) for c in changes])
     say(f"test table written: {changed.file} ({table.difference(changed)})")
     if kept is not None:
         say(f"the table before: {kept}")
+
+
+def _ranges(points: pd.DataFrame) -> str:
+    """Return the range of each load and of mu in its unit: a wrong unit shows there, and nowhere else."""
+    from friction_models.loads import LOADS, MU
+
+    return ", ".join(
+        f"{q.name} {points[q.name].min():.4g} to {points[q.name].max():.4g}{f' {q.unit}' if q.unit != '1' else ''}"
+        for q in (*LOADS, MU)
+        if q.name in points and points[q.name].notna().any()
+    )
 
 
 def _kept(folder: Path) -> str:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from friction_models.common import write_json
+from friction_models.common import inert, write_json
 from friction_models.common.json_values import plain
 
 from . import interrupts
@@ -52,18 +52,19 @@ def progress(title: str, says_time: bool = False) -> Iterator[Tick]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     bar = Progress(
-        TextColumn("{task.description}"),
+        # What the texts say comes from files: it is not read as markup.
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.completed:.0f}/{task.total:.0f}"),
         TimeElapsedColumn(),
         *([] if says_time else [TimeRemainingColumn()]),
-        TextColumn("[dim]{task.fields[what]}"),
+        TextColumn("{task.fields[what]}", style="dim", markup=False),
         console=Console(stderr=True),
     )
     with bar:
-        task = bar.add_task(title, total=1, what="")
+        task = bar.add_task(inert(title), total=1, what="")
         yield _interruptible(
-            lambda done, total, what: bar.update(task, completed=done, total=total, what=what)
+            lambda done, total, what: bar.update(task, completed=done, total=total, what=inert(what))
         )
 
 
@@ -87,7 +88,7 @@ def _plain(title: str, clock: Callable[[], float] = time.monotonic) -> Iterator[
         quarter, now = 4 * done // max(total, 1), clock()
         if quarter > shown or now - since >= quiet:
             shown, since = quarter, now
-            print(f"{title}: {done}/{total} {what}".rstrip(), file=sys.stderr, flush=True)
+            print(inert(f"{title}: {done}/{total} {what}".rstrip()), file=sys.stderr, flush=True)
 
     yield tick
 
@@ -98,9 +99,9 @@ def share(tick: Tick, steps: int, what: str = "") -> Callable[[float], None]:
 
 
 def say(text: str) -> None:
-    """Print a line of the result to stdout."""
+    """Print a line of the result to stdout; names and texts of files may hold anything, a terminal obeys none of it."""
     try:
-        print(text, flush=True)
+        print(inert(text), flush=True)
     except OSError as error:
         if error.errno == errno.ENOSPC:
             raise OSError(error.errno, os.strerror(error.errno), "standard output") from None
@@ -131,7 +132,7 @@ def built_page(outs: Sequence[Path] | None, name: str, *content: Any) -> Callabl
 
 def note(text: str) -> None:
     """Print a remark to stderr."""
-    print(f"note: {text}", file=sys.stderr, flush=True)
+    print(f"note: {inert(text)}", file=sys.stderr, flush=True)
 
 
 def write_result(path: Path | None, content: object) -> None:

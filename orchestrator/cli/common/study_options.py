@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from friction_models.common import inert
+
 from .console import keeping, progress, say
 from .files_named import Reads, Writes
 
@@ -92,7 +94,7 @@ def _run(
     with keeping(what_is_kept), progress(title, says_time=True) as tick:
         results = campaign.run(jobs, scheduler, tick)
     for failure in list(campaign.failed.values())[:LISTED]:
-        typer.echo(f"failed: {failure.job.name}: {failure.error}", err=True)
+        typer.echo(inert(f"failed: {failure.job.name}: {failure.error}"), err=True)
     if len(campaign.failed) > LISTED:
         more = len(campaign.failed) - LISTED
         typer.echo(f"failed: {more} more, all in {campaign.folder / 'failed.json'}", err=True)

@@ -18,7 +18,7 @@ from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.common.json_values import plain
 from friction_models.loads import DataSet
-from orchestrator.cli.common.console import keeping
+from orchestrator.cli.common.console import keeping, progress
 from orchestrator.cli.main import run, spread
 
 COMMANDS = [
@@ -124,6 +124,32 @@ def test_letters_that_the_console_lacks_end_no_command(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert b"M\\xfcller" in done.stdout
+
+
+#: Sets the title of a terminal's window.
+TITLE = "\x1b]0;evil\x07"
+
+
+def test_what_files_say_is_no_markup_and_no_command_of_the_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for terminal in (True, False):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
+        with progress(f"rod [/red]{TITLE}") as tick:
+            tick(1, 1, f"test [/bold]{TITLE}")
+        shown = capsys.readouterr().err
+        assert (
+            "rod [/red]" in shown and "test [/bold]" in shown and "\x1b]" not in shown and "\x07" not in shown
+        )
+
+
+def test_names_in_a_table_are_no_commands_of_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "points.csv").write_text(f"mu,v{TITLE}\n0.1,1\n", encoding="utf-8")
+    assert run(["points", str(tmp_path / "points.csv"), "--dry-run"]) == 0
+    said = "".join(capsys.readouterr())
+    assert "evil" in said and "\x1b]" not in said and "\x07" not in said
 
 
 @pytest.mark.parametrize(
