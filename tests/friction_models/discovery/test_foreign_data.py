@@ -232,8 +232,16 @@ def test_averages_that_an_evaluation_wrote_are_no_metadata() -> None:
 def test_friction_that_is_everywhere_the_same_gives_no_warning() -> None:
     random = np.random.default_rng(0)
     rows = [
-        {"test_id": f"t{k:02d}", "v_rel": v, "sigma_n": p, "T": 25.0, "sd": sd, "psi": 1.0, "mu": 0.08}
-        for k, (v, p) in enumerate(random.uniform((1.0, 50.0), (100.0, 400.0), (27, 2)))
+        {
+            "test_id": f"t{k:02d}",
+            "v_rel": v,
+            "sigma_n": p,
+            "T": T,
+            "sd": sd,
+            "psi": 1.0 + sd / 40.0,
+            "mu": 0.08,
+        }
+        for k, (v, p, T) in enumerate(random.uniform((1.0, 50.0, 20.0), (100.0, 400.0, 150.0), (27, 3)))
         for sd in np.linspace(0.0, 40.0, 12)
     ]
     with warnings.catch_warnings():
