@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ..common.errors import InputError, nearest, shown, unknown_name
 from ..common.files import atomic_path
+from ..common.locks import one_at_a_time
 from .dataset import read_tests
 from .earlier_tables import keep
 from .points import load_points
@@ -172,7 +173,8 @@ class TableOfTests:
         ChangedMeanwhile
             The file is no longer the one that was read; nothing is written.
         """
-        with atomic_path(self.file) as temporary:
+        # nobody may write between the last look at the file and its replacement
+        with one_at_a_time(self.file.parent), atomic_path(self.file) as temporary:
             temporary.write_text(self._written(), encoding="utf-8", newline="")
             read = temporary.with_name(f"{temporary.name}.csv")
             temporary.rename(read)

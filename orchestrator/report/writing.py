@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import math
 import os
 import re
 import shutil
@@ -24,6 +25,7 @@ PATIENCE = 120.0
 #: When a file was made, as browsers and openpyxl write it.
 _PDF_DATES = re.compile(rb"/(?:Creation|Mod)Date \(D:[^()]*\)")
 _BOOK_DATES = re.compile(rb"<dcterms:(created|modified)\b.*?</dcterms:\1>")
+_CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 #: Longest name of a sheet, and what none may hold.
 SHEET, NOT_IN_SHEETS = 31, re.compile(r"[\[\]:*?/\\]")
 
@@ -141,9 +143,13 @@ def _sheet_name(heading: str, taken: set[str]) -> str:
 def _write_cell(cell: Any, text: str) -> None:
     """Write a number where the text is one; a text that begins like a formula stays a text."""
     try:
-        cell.value = float(text.replace("\u2212", "-"))
+        number = float(text.replace("\u2212", "-"))
     except ValueError:
-        cell.value = text
+        number = math.nan
+    if math.isfinite(number):
+        cell.value = number
+    else:
+        cell.value = _CONTROLS.sub("\ufffd", text)  # a test may be called so; XML holds no such characters
         cell.data_type = "s"
 
 

@@ -171,3 +171,26 @@ def test_the_gradient_of_the_criterion_is_that_of_its_values(monkeypatch: pytest
     reference, base, folds = reference_of(campaign)
     reference.out_of_fold(base, folds)
     assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-4, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["v_rel", "T", "sigma_n", "distance"])
+def test_metadata_may_be_called_like_a_load(name: str) -> None:
+    data = measured(np.random.default_rng(3), tests=14, points=12, between=SCATTER)
+    ids = data["test_id"].unique()
+    random = np.random.default_rng(4).uniform(50.0, 400.0, len(ids))
+    found = []
+    for column in ("other", name):
+        campaign = prepare(data, pd.DataFrame({"test_id": ids, column: random}))
+        reference, base, folds = reference_of(campaign)
+        found.append(reference.out_of_fold(base, folds))
+    np.testing.assert_array_equal(*found)
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, 1e300])
+def test_a_number_beyond_all_measurements_is_no_metadata(value: float) -> None:
+    data = measured(np.random.default_rng(3), tests=14, points=12, between=SCATTER)
+    ids = data["test_id"].unique()
+    campaign = prepare(
+        data, pd.DataFrame({"test_id": ids, "gap": [value] + [1.0] * 6 + [2.0] * (len(ids) - 7)})
+    )
+    assert "gap" not in campaign.system

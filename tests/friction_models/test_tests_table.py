@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from threading import Thread
 
 import pandas as pd
 import pytest
 
 from friction_models.common import InputError
-from friction_models.loads import DataSet
-from friction_models.loads.tests_table import ChangedMeanwhile, TableOfTests
+from friction_models.loads import DataSet, tests_table
+from friction_models.loads.tests_table import ChangedMeanwhile, TableOfTests, change_tests
 from orchestrator.cli.main import run
 
 GERMAN = "Prüfer;Meier;\ntest_id;T_tool;charge\n;K;\n007;293,15;00012\n008;473,15;\n"
@@ -55,6 +57,25 @@ def test_what_another_command_changes_meanwhile_is_not_lost(
     monkeypatch.setattr(TableOfTests, "load", overtaken)
     assert run(["tests", str(folder), "--set", "007:batch=A"]) == 0
     assert [cells["batch"] for cells in load(folder).cells()] == ["A", "C"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no locks of folders")
+def test_nobody_writes_between_the_last_look_and_the_new_file(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keep, others = tests_table.keep, list[Thread]()
+
+    def overtaken(table: Path, place: Path) -> Path:
+        if not others:
+            others.append(Thread(target=change_tests, args=(folder, [("008", "batch", "B")])))
+            others[0].start()
+            others[0].join(0.5)  # time enough to write, if nothing holds it back
+        return keep(table, place)
+
+    monkeypatch.setattr(tests_table, "keep", overtaken)
+    change_tests(folder, [("007", "batch", "A")])
+    others[0].join()
+    assert [cells["batch"] for cells in TableOfTests.load(folder).cells()] == ["A", "B"]
 
 
 @pytest.mark.parametrize(

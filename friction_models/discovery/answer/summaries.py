@@ -133,6 +133,8 @@ def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | 
     best, groups, centres = -np.inf, np.zeros(tests), (0.0, 0.0)
     for start in (0.15, 0.3, 0.5, 0.7, 0.85):
         cut = np.quantile(offsets, start)
+        if not (offsets > cut).any():  # so many offsets are the same that none lies above
+            continue
         share, low, high = start, offsets[offsets <= cut].mean(), offsets[offsets > cut].mean()
         spread = max(np.std(offsets) / 2.0, 1e-12)
         for _ in range(60):

@@ -15,6 +15,8 @@ from ...loads import FloatArray, TriboLoads
 MOST_EMPTY = 0.5
 #: Metadata with more levels than this share of the tests tells nothing about other tests.
 MOST_LEVELS = 0.7
+#: A column with a larger number, or an infinite one, is no metadata: its squares are beyond all numbers.
+LARGEST = 1e100
 #: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 #: What an evaluation of the records writes beside the settings of a test. It follows from the points, mu_mean from mu itself: taken
@@ -125,6 +127,8 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
         numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=float)
         if np.isnan(numbers).any():
             numbers = pd.Categorical(pd.Series(values).astype(str)).codes.astype(float)
+        if np.abs(numbers).max(initial=0.0) > LARGEST:
+            continue
         columns[name] = numbers[:, None]
     return columns
 

@@ -62,7 +62,7 @@ class Reference:
         self.campaign, self.y = campaign, y
         self._floor, self._left_out, self._others = floor, without, dict[frozenset[str], Reference]()
         self.scale = float(np.std(y)) or 1e-9
-        self.names, self.curves = reference_curves(campaign, without)
+        self.names, self.curves, self._metadata = reference_curves(campaign, without)
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
         self._starts = np.flatnonzero(np.r_[True, np.diff(campaign.test) != 0])
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
@@ -138,8 +138,7 @@ class Reference:
         one, y, test = self._white[some, 0], self._white[some, 1], self.campaign.test[some]
         variances = VariancesOfCurves(rows[some], one, y, test, self.curves, self.scale)
         theta = variances.most_likely()
-        metadata = [k for k, name in enumerate(self.names) if name in self.campaign.system]
-        if needless := variances.needless(theta, metadata):
+        if needless := variances.needless(theta, self._metadata):
             return self._without(self.names[k] for k in needless)._prepared(terms, seen)
         precision, offset, noise = variances.split(theta)
         apart, root = _decorrelated(self._white[:, 0], offset / noise, self._starts), np.sqrt(noise)

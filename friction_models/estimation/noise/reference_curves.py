@@ -43,8 +43,13 @@ class Curves:
     columns: FloatArray
 
 
-def reference_curves(campaign: Campaign, without: Collection[str] = ()) -> tuple[list[str], list[Curves]]:
-    """Return the quantities that tell points or tests apart, and curves along them and products; `without` some metadata."""
+def reference_curves(
+    campaign: Campaign, without: Collection[str] = ()
+) -> tuple[list[str], list[Curves], range]:
+    """Return the quantities that tell points or tests apart, curves along them and products, and the places of metadata.
+
+    Names do not tell metadata from loads: a test table may state the nominal speed as ``v_rel``. It is `without` some metadata.
+    """
     names: list[str] = []
     columns: list[FloatArray] = []
     means: list[FloatArray] = []
@@ -74,6 +79,7 @@ def reference_curves(campaign: Campaign, without: Collection[str] = ()) -> tuple
         names.append(name)
         columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH))
     levels_of: dict[int, int] = {}
+    first = len(names)
     for name in sorted(set(campaign.system).difference(without)):
         values = campaign.average(campaign.system[name][:, 0])
         known = level(values)
@@ -97,7 +103,7 @@ def reference_curves(campaign: Campaign, without: Collection[str] = ()) -> tuple
     for b in sorted(levels_of, key=lambda k: levels_of[k])[:METADATA_IN_PRODUCTS]:
         few = leading[b][:, :WITH_METADATA]
         found += [Curves((a, b), products(leading[a][:, :WITH_METADATA], few)) for a in range(mains)]
-    return names, found
+    return names, found, range(first, len(names))
 
 
 def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:

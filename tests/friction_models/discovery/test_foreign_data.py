@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -226,3 +227,24 @@ def test_averages_that_an_evaluation_wrote_are_no_metadata() -> None:
     assert found.verdict == "nothing_missing" and found.effects == []
     named = diagnose(data, means.rename(columns={"mu_mean": "lot_value"}))
     assert named.effects == ["factor:lot_value"]  # the same numbers as a column of the laboratory
+
+
+def test_friction_that_is_everywhere_the_same_gives_no_warning() -> None:
+    random = np.random.default_rng(0)
+    rows = [
+        {
+            "test_id": f"t{k:02d}",
+            "v_rel": v,
+            "sigma_n": p,
+            "T": T,
+            "sd": sd,
+            "psi": 1.0 + sd / 40.0,
+            "mu": 0.08,
+        }
+        for k, (v, p, T) in enumerate(random.uniform((1.0, 50.0, 20.0), (100.0, 400.0, 150.0), (27, 3)))
+        for sd in np.linspace(0.0, 40.0, 12)
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        answer = diagnose(pd.DataFrame(rows), model="linear")
+    assert answer.verdict == "nothing_missing" and answer.unrecorded_factor is None

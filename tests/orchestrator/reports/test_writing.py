@@ -66,3 +66,12 @@ def test_what_cannot_be_written_is_told_before_the_work(
     with pytest.raises(InputError, match="holds no table"):
         write_page_file(tmp_path / "p.xlsx", "<html><body><p>none</p></body></html>")
     assert not [*tmp_path.iterdir()]
+
+
+def test_names_that_no_workbook_holds_stay_readable(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    rows = "".join(f"<tr><td>{name}</td></tr>" for name in ("\x1b[2Jx", "nan", "inf", "=cmd|x"))
+    book = openpyxl.load_workbook(write_page_file(tmp_path / "p.xlsx", f"<html><table>{rows}</table></html>"))
+    cells = [cell for (cell,) in book.worksheets[0].iter_rows()]
+    assert [cell.value for cell in cells] == ["\ufffd[2Jx", "nan", "inf", "=cmd|x"]
+    assert {cell.data_type for cell in cells} == {"s"}
