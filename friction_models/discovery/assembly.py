@@ -195,7 +195,7 @@ def assemble(
         bias=binned_bias(campaign, usual, after),
         parameters={term.name: _parameters(term) for term in fitted.terms},
         named={term.name: term.effect for term in fitted.terms},
-        threshold=found.significance.needed(found.ranking[0].name, LEVEL) if found.ranking else 0.0,
+        threshold=found.significance.needed(LEVEL),
         averages=averages(campaign, usual, usual if after is None else after, fitted.terms),
     )
 

@@ -100,9 +100,9 @@ def test_the_p_value_counts_the_simulated_gains() -> None:
     told = Significance(prepared, in_noise(prepared, KNOWN, rng), np.ones(M), ONE_TEST)
     assert told.p_value("e0", 1e9) == 1.0 / (1 + REPLICATES)
     assert told.p_value("e0", -10.0) == 1.0
-    assert told.p_value("e0", told.needed("e0", 0.05)) == pytest.approx(0.05, abs=0.005)
+    assert told.p_value("e0", told.needed(0.05)) == pytest.approx(0.05, abs=0.005)
     # one column, two taken for its amplitude: a square of a normal number
-    assert told.needed("e0", 0.05) == pytest.approx(3.84 - 2.0, abs=0.6)
+    assert told.needed(0.05) == pytest.approx(3.84 - 2.0, abs=0.6)
 
 
 def test_the_true_effect_stays_in_the_confusion_set_at_the_rate_that_is_promised() -> None:

@@ -128,7 +128,7 @@ class Findings(Drawn):
     synthetic : bool
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     threshold : float
-        Gain from which on the first effect stands out among those of the catalogue that show where it does.
+        Gain from which on an effect stands out among all of the catalogue; NaN where few tests are judged in two families.
     formulas : list of FormulaOffer
         Empirical terms that predict unseen tests better, where structure is left that no effect explains; nothing adds them.
     averages : pandas.DataFrame

@@ -104,9 +104,12 @@ class Significance:
         null = self._largest[self._along[name]]
         return min(1.0, len(self._largest) * float((1 + np.sum(null >= gain)) / (1 + null.size)))
 
-    def needed(self, name: str, level: float) -> float:
-        """Return the gain from which on the p-value of an effect is below a level."""
-        return float(np.quantile(self._largest[self._along[name]], 1.0 - level / len(self._largest)))
+    def needed(self, level: float) -> float:
+        """Return the gain from which on p-values are below a level; not a number where two families need different ones."""
+        if len(self._largest) != 1:
+            return 0.0 if not self._largest else np.nan
+        (null,) = self._largest.values()
+        return max(float(np.quantile(null, 1.0 - level)), 0.0)
 
 
 def _shows_along(candidate: Prepared, level: FloatArray, test: npt.NDArray[np.intp]) -> bool:

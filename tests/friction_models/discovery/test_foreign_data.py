@@ -13,12 +13,15 @@ from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
+from friction_models.discovery.answer.summaries import unrecorded_factor
 from friction_models.discovery.refinement import history_text
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.unseen_loads import constant, other_speed
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
+
+from ..estimation_cases import measured
 
 Table = tuple[pd.DataFrame, pd.DataFrame]
 
@@ -229,22 +232,10 @@ def test_averages_that_an_evaluation_wrote_are_no_metadata() -> None:
     assert named.effects == ["factor:lot_value"]  # the same numbers as a column of the laboratory
 
 
-def test_friction_that_is_everywhere_the_same_gives_no_warning() -> None:
-    random = np.random.default_rng(0)
-    rows = [
-        {
-            "test_id": f"t{k:02d}",
-            "v_rel": v,
-            "sigma_n": p,
-            "T": T,
-            "sd": sd,
-            "psi": 1.0 + sd / 40.0,
-            "mu": 0.08,
-        }
-        for k, (v, p, T) in enumerate(random.uniform((1.0, 50.0, 20.0), (100.0, 400.0, 150.0), (27, 3)))
-        for sd in np.linspace(0.0, 40.0, 12)
-    ]
+def test_offsets_of_which_most_are_the_same_give_no_warning() -> None:
+    campaign = prepare(measured(np.random.default_rng(0), tests=27, points=4))
+    residual = np.where(campaign.test < 3, -0.01, 0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        answer = diagnose(pd.DataFrame(rows), model="linear")
-    assert answer.verdict == "nothing_missing" and answer.unrecorded_factor is None
+        found = unrecorded_factor(campaign, residual)
+    assert found is None
