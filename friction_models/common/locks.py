@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from .errors import InputError
@@ -50,19 +50,16 @@ def one_at_a_time(folder: Path) -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
-    import fcntl
-
     handle = os.open(folder, os.O_RDONLY)
     try:
-        with suppress(OSError):  # a file system without locks
-            fcntl.flock(handle, fcntl.LOCK_EX)
+        _taken(handle, wait=True)
         yield
     finally:
         os.close(handle)
 
 
-def _taken(handle: int) -> bool:
-    """Take the lock of an open file; False where another process has it."""
+def _taken(handle: int, wait: bool = False) -> bool:
+    """Take the lock of an open file (or, but on Windows, folder); False where another process has it and nobody waits."""
     try:
         if sys.platform == "win32":
             import msvcrt
@@ -71,7 +68,7 @@ def _taken(handle: int) -> bool:
         else:
             import fcntl
 
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
     except (BlockingIOError, PermissionError):
         return False
     except OSError:

@@ -81,9 +81,8 @@ def _in_words(effect: str) -> str:
     >>> _in_words("stribeck"), _in_words("none")
     ('Mixed to boundary transition.', '')
     """
-    from friction_models.effects import (
-        make_effect,
-    )  # with all that counts, which a page without an answer does not wait for
+    # It brings all that counts, for which a page without an answer does not wait.
+    from friction_models.effects import make_effect
 
     try:
         title = make_effect(effect).title

@@ -26,9 +26,8 @@ def rounds_of(card: Path) -> list[Mapping[str, Any]]:
 
 def _without_strange(entry: dict[str, Any]) -> dict[str, Any]:
     """Return a round without intervals that are none."""
-    from friction_models.models.measures import (
-        are_intervals,
-    )  # with all that counts, which the first page does not wait for
+    # It brings all that counts, for which the first page does not wait.
+    from friction_models.models.measures import are_intervals
 
     good = are_intervals(entry.get("intervals", {})) and isinstance(entry.get("clear", False), bool)
     return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear"}}

@@ -308,8 +308,7 @@ class Confirm:
     def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""
         model = self.found.y - self.unseen.residual(_effects(kept))
-        metadata = [n for n in self.reference.names if n in self.campaign.system]
-        return places_of(self.campaign, self._predicted(kept) - model, metadata)
+        return places_of(self.campaign, self._predicted(kept) - model, self.reference.metadata)
 
 
 def _alone(shares: ErrorShares) -> bool:

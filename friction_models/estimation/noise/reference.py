@@ -54,6 +54,8 @@ class Reference:
     ----------
     names : list of str
         Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
+    metadata : list of str
+        The last of them.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class Reference:
         self._floor, self._left_out, self._others = floor, without, dict[frozenset[str], Reference]()
         self.scale = float(np.std(y)) or 1e-9
         self.names, self.curves, self._metadata = reference_curves(campaign, without)
+        self.metadata = [self.names[k] for k in self._metadata]
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
         self._starts = np.flatnonzero(np.r_[True, np.diff(campaign.test) != 0])
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))

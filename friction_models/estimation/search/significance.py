@@ -51,12 +51,17 @@ def null_noise(
         return residual[:, None] * signs[test]
     along = np.empty((len(residual), count))
     along[np.argsort(test, kind="stable")] = rng.standard_normal(along.shape)
-    shift = np.zeros((tests, count))
-    np.add.at(shift, test, level[:, None] * along)
-    shift /= np.bincount(test, level**2)[:, None]
-    between = level[:, None] * shift[test]
+    between = _common_to_tests(along, level, test)
     scales = [np.sqrt(f / rng.chisquare(f, count)) for f in freedom]
     return np.asarray(between * scales[0] + (along - between) * scales[1])
+
+
+def _common_to_tests(white: FloatArray, level: FloatArray, test: npt.NDArray[np.intp]) -> FloatArray:
+    """Return what common shifts of whole tests make of whitened columns, shape (m, k); the rest lies along the tests."""
+    shift = np.zeros((int(test.max()) + 1, white.shape[1]))
+    np.add.at(shift, test, level[:, None] * white)
+    shift /= np.bincount(test, level**2)[:, None]
+    return np.asarray(level[:, None] * shift[test])
 
 
 def simulate(candidates: list[Prepared], project: Projector, noise: FloatArray) -> Simulated:
@@ -115,9 +120,7 @@ class Significance:
 def _shows_along(candidate: Prepared, level: FloatArray, test: npt.NDArray[np.intp]) -> bool:
     """Return whether most of what a candidate changes differs along the tests, and not from test to test."""
     columns = candidate.columns.reshape(len(test), -1)
-    shift = np.zeros((int(test.max()) + 1, columns.shape[1]))
-    np.add.at(shift, test, level[:, None] * columns)
-    between = np.sum(shift**2 / np.bincount(test, level**2)[:, None], axis=0)
+    between = np.sum(_common_to_tests(columns, level, test) ** 2, axis=0)
     total = np.sum(columns**2, axis=0)
     seen = total > 0.0
     return bool(seen.any() and np.median(between[seen] / total[seen]) < 0.5)
