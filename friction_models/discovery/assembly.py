@@ -133,8 +133,8 @@ def assemble(
         )
     if judged.confirmed.of_another_form and verdict != "partly_explained":
         warnings.append(
-            "a flexible prediction that knows no formula is a little better on unseen tests than what is named: the law may have "
-            "another form, or be another effect that looks alike here"
+            "a flexible prediction that knows no formula is better on unseen tests than what is named, if only a little: the law "
+            "may have another form, or be another effect that looks alike here"
         )
     if level.off:
         where += [level.entry(campaign)] if verdict in {"unknown_structure", "partly_explained"} else []

@@ -110,7 +110,7 @@ class Confirm:
                 verdict = "nothing_missing"
             elif kept and len(grown := self._grown(kept[:1], 2, further)) > 1 and self._explain(grown):
                 # one curve of another form has another name; several together may bend where each is right
-                verdict, chosen = "partly_explained", grown
+                verdict, chosen = named, grown
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
         kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []

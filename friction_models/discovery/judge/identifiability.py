@@ -12,13 +12,12 @@ from ...estimation.campaign.binning import Campaign
 from ...estimation.campaign.curves import transformed
 from ...estimation.noise.noise_floor import sensor_noise
 from ...estimation.search.base_law import BaseLaw
+from ...estimation.search.unseen_loads import WITHIN, within_share
 from ...loads import LOAD_NAMES, FloatArray
 from .verdict import Evidence
 
 #: Families that can follow part of an effect.
 FLEXIBLE = ("polynomial", "gradient_boosting", "ffnn")
-#: A load varies within tests when this share of its variance lies within them.
-WITHIN = 1e-3
 #: Below this share of its own variation beside the base, an amplitude is poorly known.
 WEAK = 0.02
 
@@ -42,16 +41,6 @@ def knows_the_noise(measured: Campaign, model: BaseLaw) -> bool:
     noise = sensor_noise(measured, measured.mu)
     left = sensor_noise(measured, measured.mu - model.offset)
     return noise > RESOLUTION * float(np.mean(np.abs(measured.mu))) and left < NOISE_LEFT * noise
-
-
-def within_share(campaign: Campaign, name: str) -> float:
-    """Return the share of the variance of a load that lies within tests."""
-    values = campaign.average(getattr(campaign.loads, name))
-    means = campaign.of_tests(values)
-    around = values - np.average(values, weights=campaign.count)
-    whole = float(campaign.count @ around**2)
-    inside = float(campaign.count @ (values - means[campaign.test]) ** 2)
-    return inside / whole if whole > 0 else 0.0
 
 
 def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:

@@ -21,17 +21,30 @@ AS_GOOD = 0.5
 EITHER = 0.5
 #: `v_rel` and distance over time contradict each other when they differ by more than this factor.
 SPEED_FACTOR = 2.0
+#: A load varies within tests when this share of its variance lies within them.
+WITHIN = 1e-3
 
 
 def constant(effect: Effect, campaign: Campaign) -> list[str]:
     """Return the loads that an effect needs and that do not vary in the data.
 
-    For effects with memory a rest counts as a change of speed.
+    A memory of the speed shows after changes of it, so `v_rel` has to vary within tests; a rest counts, too.
     """
     flat = [n for n in effect.needed_loads if not campaign.varies(n)]
-    if "v_rel" in flat and effect.needs_state and _rested(campaign):
-        flat.remove("v_rel")
-    return flat
+    memory = effect.needs_state and "v_rel" in effect.needed_loads
+    if memory and not _rested(campaign) and within_share(campaign, "v_rel") < WITHIN:
+        return list(dict.fromkeys([*flat, "v_rel"]))
+    return [n for n in flat if n != "v_rel"] if memory else flat
+
+
+def within_share(campaign: Campaign, name: str) -> float:
+    """Return the share of the variance of a load that lies within tests."""
+    values = campaign.average(getattr(campaign.loads, name))
+    means = campaign.of_tests(values)
+    around = values - np.average(values, weights=campaign.count)
+    whole = float(campaign.count @ around**2)
+    inside = float(campaign.count @ (values - means[campaign.test]) ** 2)
+    return inside / whole if whole > 0 else 0.0
 
 
 def _rested(campaign: Campaign) -> bool:
@@ -86,8 +99,10 @@ def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[flo
         flat = constant(effect, campaign)
         if flat:
             rest = [n for n in effect.driver if n not in flat]
+            along = " along a test" if any(campaign.varies(n) for n in flat) else ""
             notes.append(
-                f"{effect.name} needs a varied {' and '.join(flat)}: these data show a dependence on {' and '.join(rest) or 'nothing else'} only"
+                f"{effect.name} needs {' and '.join(flat)} to vary{along}: these data show a dependence on "
+                f"{' and '.join(rest) or 'nothing else'} only"
             )
     if other_speed(campaign):
         notes.append(
