@@ -34,7 +34,7 @@ from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound, distrust_outliers, search, testable
 from ..estimation.search.significance import stays_first
 from ..estimation.search.structure import Misfit, Structure, find_structure, own_misfit
-from ..estimation.search.unseen_loads import AS_GOOD
+from ..estimation.search.unseen_loads import AS_GOOD, constant
 from ..estimation.search.zero_reading import judge_zero
 from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
@@ -339,9 +339,8 @@ def _further_effects(
     size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)
     kept = []
     for more in again.ranking:
-        if (
-            more.name in again.by_parts
-        ):  # curves along its loads show as much: the plan does not excite what it is about
+        # curves along its loads show as much, or a load that it needs stays the same: the plan does not excite what it is about
+        if more.name in again.by_parts or constant(more.prepared.candidate.effect, campaign):
             continue
         own = weighted_rms(again.change(more), campaign.count) ** 2
         large = own > share * (size + own) and _share(campaign, again, more) > LEAST_SHARE

@@ -78,6 +78,7 @@ def test_a_memory_of_the_speed_is_not_sure_where_no_test_changes_its_speed() -> 
         if "rate_state" in found.effects:
             assert found.confidence <= EITHER and found.verdict != "explained"
             assert "v_rel to vary along a test" in " ".join(found.warnings)
+            assert found.effects == ["rate_state"], "no further name for what these tests cannot show"
 
 
 def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
