@@ -136,6 +136,11 @@ def assemble(
             "a flexible prediction that knows no formula is better on unseen tests than what is named, if only a little: the law "
             "may have another form, or be another effect that looks alike here"
         )
+    if verdict == "nothing_missing" and found.winner and found.p_value(found.winner) < LEVEL:
+        warnings.append(
+            f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
+            f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
+        )
     if level.off:
         where += [level.entry(campaign)] if verdict in {"unknown_structure", "partly_explained"} else []
         warnings.append(level.text(f"the {base.name} model"))

@@ -108,6 +108,22 @@ def test_what_every_test_shows_along_its_path_is_named_however_much_they_scatter
     assert not any(diagnose(eight(seed, 0.0), seed=0).effects for seed in range(6))
 
 
+def test_what_stands_out_in_too_few_tests_to_be_named_is_said() -> None:
+    """Eight tests of one point each, over which friction drops by half at 150 degC: named, or said why not."""
+    unnamed = 0
+    for seed in range(4):
+        rng, T = np.random.default_rng(seed), np.linspace(20.0, 250.0, 8)
+        p, v = rng.uniform(200.0, 1500.0, 8), np.exp(rng.uniform(1.0, 5.0, 8))
+        mu = 0.1 - 0.04 / (1.0 + np.exp(-(T - 150.0) / 10.0)) + 0.0005 * rng.standard_normal(8)
+        table = {"v_rel": v, "T": T, "sigma_n": p, "sd": 10.0, "psi": 2.0, "mu": mu}
+        found = diagnose(pd.DataFrame({"test_id": [f"t{i}" for i in range(8)], **table}))
+        told = [w for w in found.warnings if "stands out" in w]
+        assert bool(found.effects) != bool(told)
+        assert all(found.ranking[0]["effect"] in w and "8 tests" in w for w in told)
+        unnamed += not found.effects
+    assert unnamed, "of eight tests chance leaves too little to name anything each time"
+
+
 def test_loads_that_never_vary_are_refused_and_one_level_is_said(answer: Ask, worn: Any) -> None:
     points, tests = worn
     flat = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, sd=10.0, psi=1.2)
