@@ -78,6 +78,8 @@ class ShapeParameter:
         Number of scan values; 1 means that the parameter is a scale taken from the data, not fitted.
     log : bool
         Geometric instead of even spacing.
+    earlier : float or None
+        What it is in models that were saved before the law had this parameter.
 
     Examples
     --------
@@ -102,6 +104,7 @@ class ShapeParameter:
     span: tuple[float, float] = (1.0, 1.0)
     points: int = 8
     log: bool = True
+    earlier: float | None = None
 
     @property
     def fitted(self) -> bool:

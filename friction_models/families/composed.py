@@ -292,7 +292,7 @@ class ComposedFriction(FrictionModel):
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
         self.base_ = type(self.base).from_parts(values["base"], inner)
         self.shapes_ = [
-            _checked(e, _without_level(e, s), [p.name for p in e.shapes])
+            _checked(e, _as_now(e, s), [p.name for p in e.shapes])
             for e, s in zip(self.effects_, values["shapes"])
         ]
         self.amplitudes_ = [
@@ -370,10 +370,14 @@ def _sum(base: FrictionModel, effects: list[Any]) -> FrictionModel:
 FrictionModel._compose = _sum
 
 
-def _without_level(effect: Effect, values: JsonObject) -> JsonObject:
-    """Return shape parameters without the level that earlier versions saved for columns of numbers, too."""
+def _as_now(effect: Effect, values: JsonObject) -> JsonObject:
+    """Return shape parameters as this version has them.
+
+    Earlier ones saved the level for columns of numbers, too, and laws have got parameters since.
+    """
     known = {s.name for s in effect.shapes}
-    return {k: v for k, v in values.items() if k in known or k != "deviating"}
+    got = {s.name: s.earlier for s in effect.shapes if s.earlier is not None}
+    return {**got, **{k: v for k, v in values.items() if k in known or k != "deviating"}}
 
 
 def _checked(effect: Effect, values: JsonObject, names: list[str]) -> dict[str, float]:

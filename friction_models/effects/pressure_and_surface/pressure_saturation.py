@@ -7,27 +7,32 @@ from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
 
 
 class PressureSaturation(Effect):
-    """Levanov form: friction stress saturates, ``delta_p * (1 - exp(-sigma_n/s_c)) / (sigma_n/s_c)``.
+    """Friction stress saturates, ``delta_p * ((1 - exp(-x^n)) / x^n)^(1/n)`` with ``x = sigma_n/s_c``.
+
+    With n = 1 it is Levanov's form; the larger n, the sharper the knee between a constant mu and a constant friction stress, as in the
+    curves of Wanheim and Bay (n of 2 to 4) and under a shear limit.
 
     Examples
     --------
-    All of `delta_p` acts at low pressure, at s_c the share 1 - 1/e:
+    All of `delta_p` acts at low pressure, at s_c the share 1 - 1/e, far above it a friction stress of `delta_p` s_c:
 
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, PressureSaturation
     >>> from friction_models.expressions.ops import NumpyOps
-    >>> p = np.array([[0.0], [800.0]])
+    >>> p = np.array([[0.0], [800.0], [8000.0]])
     >>> L = LoadColumns(0 * p, 20 + 0 * p, p, 0 * p, 1 + 0 * p)
-    >>> PressureSaturation().basis(NumpyOps(), L, {"s_c": 800.0}, EffectContext())[0].round(3).tolist()
-    [[1.0], [0.632]]
+    >>> PressureSaturation().basis(NumpyOps(), L, {"s_c": 800.0, "n": 1.0}, EffectContext())[0].round(3).tolist()
+    [[1.0], [0.632], [0.1]]
     """
 
     name = "pressure_saturation"
     title = "the real contact area saturates"
     label = "Pressure saturation"
     sentence = "friction rises less than pressure above some hundred MPa, as the real contact area saturates"
-    equation = "mu += delta_p * (1 - exp(-sigma_n/s_c)) / (sigma_n/s_c)"
-    latex = r"\mu \mathrel{+}= \Delta\mu_p\,\frac{1-e^{-\sigma_n/s_c}}{\sigma_n/s_c}"
+    equation = "mu += delta_p * ((1 - exp(-x^n)) / x^n)^(1/n),  x = sigma_n/s_c"
+    latex = (
+        r"\mu \mathrel{+}= \Delta\mu_p\left(\frac{1-e^{-x^n}}{x^n}\right)^{1/n},\quad x=\frac{\sigma_n}{s_c}"
+    )
     citation = "Wanheim, Bay, Petersen: A theoretically determined model for friction in metal working processes, Wear 28 (1974); Levanov (1976)"
     where_it_shows = "high against low contact pressure"
     driver = ("sigma_n",)
@@ -44,8 +49,10 @@ class PressureSaturation(Effect):
             span=(0.3, 1.5),
             points=10,
         ),
+        ShapeParameter("n", "1", "sharpness of the knee", 1.0, 6.0, 1.0, values=(1.0, 3.0), earlier=1.0),
     )
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
-        ratio = L.sigma_n / p["s_c"] + 1e-9
-        return ((1.0 - x.exp(-ratio)) / ratio,)
+        # below 1e-9 the difference to 1 would be lost in rounding
+        power = x.maximum(x.power(L.sigma_n / p["s_c"] + 1e-9, p["n"]), 1e-9)
+        return (x.power((1.0 - x.exp(-power)) / power, 1.0 / p["n"]),)
