@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -14,6 +15,7 @@ from .theme import INK, LINE, SOFT
 
 if TYPE_CHECKING:
     import pandas as pd
+    from plotly.graph_objects.layout import Template
 
 Values: TypeAlias = "Sequence[object] | np.ndarray | pd.Series[Any]"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
@@ -25,10 +27,33 @@ _AXIS = {
     "ticks": "outside",
     "tickcolor": "#b8c2cc",
     "ticklen": 4,
-    "title_standoff": 8,
-    "title_font_size": 13,
+    "title": {"standoff": 8, "font": {"size": 13}},
     "automargin": True,
 }
+#: What all charts have in common. A template, because plotly takes long to look at every property of every axis.
+_LOOK = {
+    "font": {"family": FONT, "size": 13, "color": INK},
+    "paper_bgcolor": "rgba(0,0,0,0)",
+    "plot_bgcolor": "rgba(0,0,0,0)",
+    "hoverlabel": {"font": {"family": FONT, "size": 12}},
+    "legend": {
+        "orientation": "h",
+        "x": 0,
+        "y": 1.0,
+        "yref": "container",
+        "yanchor": "top",
+        "font": {"size": 13},
+    },
+    "xaxis": _AXIS | {"showgrid": False, "showline": True},
+    "yaxis": _AXIS | {"showgrid": True, "showline": False},
+}
+
+
+@cache
+def _template() -> Template:
+    from plotly.graph_objects import layout
+
+    return layout.Template(layout=_LOOK)
 
 
 class Chart:
@@ -167,25 +192,11 @@ class Chart:
 
     def _look(self, height: int) -> None:
         self.figure.update_layout(
-            template="none",
+            template=_template(),
             height=height,
             margin={"l": 62, "r": 14, "t": 48 if self.legend else 30, "b": 50},
-            font={"family": FONT, "size": 13, "color": INK},
-            paper_bgcolor="rgba(0,0,0,0)",
-            plot_bgcolor="rgba(0,0,0,0)",
-            hoverlabel={"font": {"family": FONT, "size": 12}},
             showlegend=self.legend,
-            legend={
-                "orientation": "h",
-                "x": 0,
-                "y": 1.0,
-                "yref": "container",
-                "yanchor": "top",
-                "font": {"size": 13},
-            },
         )
-        self.figure.update_xaxes(**_AXIS, showgrid=False, showline=True)
-        self.figure.update_yaxes(**_AXIS, showgrid=True, showline=False)
         for note in self.figure.layout.annotations:
             note.font.size = 13
             note.font.color = SOFT
