@@ -35,6 +35,9 @@ _WITH_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _WITH_POINT = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?")
 #: A row of names: one of its cells is `test_id`.
 _HEADER = re.compile(r"""(^|[,;\t])\s*"?test_id"?\s*(\[[^]]*\]\s*)?($|[,;\t\r\n])""")
+#: What is no separator in a header. A bracket ends at the next one of either kind: else thousands that open, and never close, are each
+#: followed to the end of the line.
+_QUOTED = re.compile(r'"[^"]*"|\[[^\[\]]*\]')
 _ROUND = re.compile(r"^(.*\S)\s*\(([^()]*)\)$")
 
 
@@ -206,7 +209,7 @@ def header_of(file: Path) -> tuple[int, str]:
         raise InputError(f"{file}: the file is empty; allowed: names of columns, and rows below them")
     # What a laboratory writes above the names of the columns is passed over.
     above, header = next(((k, line) for k, line in lines if _HEADER.search(line)), lines[0])
-    return above, max(",;\t", key=re.sub(r'"[^"]*"|\[[^\]]*\]', "", header).count)
+    return above, max(",;\t", key=_QUOTED.sub("", header).count)
 
 
 def bounded(cells: pd.Series) -> pd.Series:
