@@ -21,9 +21,9 @@ from .mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
 #: deviator after the return, the modulus along the flow direction, and this direction (rr, zz, tt, rz). Then the trial stress,
 #: and how the plastic strain rises with it; 0: no plastic flow.
 MODULI = 8
-#: Newton's method for the plastic strain ends at this excess over the flow stress; the last correction is linear, which leaves
-#: its square.
-SETTLED = 1e-5
+#: Newton's method for the plastic strain ends at this excess over the flow stress, or with a correction by this share; it is
+#: linear, which leaves its square: of the flow stress, that times the exponents of strain and rate, 1e-6.
+SETTLED, CLOSE = 1e-5, 1e-2
 
 
 @njit(cache=True)
@@ -56,7 +56,7 @@ def radial_return(
         else:
             high = dp
         trial = dp + excess / (g3 + slope)
-        if abs(excess) < SETTLED * y and trial > 0.0:
+        if trial > 0.0 and (abs(excess) < SETTLED * y or abs(trial - dp) < CLOSE * dp):
             y += slope * (trial - dp)
             dp = trial
             break

@@ -110,7 +110,7 @@ class LinearSolver:
 
     def __init__(self, quads: IntArray, n: int) -> None:
         self.half = 2 * half_bandwidth(quads) + 1
-        self.last = last_rows(quads, n)
+        self.last = last_rows(quads, n, 2)
         #: Lower triangle, entry (i, j) at ``band[j, i - j]``, shape (2 n, half + AT_ONCE); its factor after `factorise`.
         self.band = np.zeros((2 * n, self.half + AT_ONCE))
         #: Entry (r, z) of the skew block of each node, shape (n,).
