@@ -216,7 +216,8 @@ def _reach(k: npt.NDArray[np.int64], tool: IntArray, pressures: FloatArray) -> F
     - `k`, `tool`, shape (n,): edges, and the tools that they face.
     """
     # Beyond both ends of the surface stands nothing.
-    known = np.pad(pressures, ((0, 0), (2, 2)))
+    known = np.zeros((pressures.shape[0], pressures.shape[1] + 4))
+    known[:, 2:-2] = pressures
     ends_here = known[tool, k + 2] > 0.0
     last, before, first = (
         np.where(ends_here, known[tool, k + 2 - i], known[tool, k + 3 + i]) for i in range(3)
