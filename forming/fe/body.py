@@ -32,10 +32,14 @@ class Body:
     rate: FloatArray
     #: Temperature [degC], shape (n,): mean of what surrounds the node, which at a surface is less than its own.
     T: FloatArray
-    #: Mean velocity of the last increment [mm/s]; the predictor of the next, shape (n, 2).
+    #: Mean velocity of the last increment [mm/s], shape (n, 2).
     velocity: FloatArray
+    #: How fast it changes from one increment to the next [mm/s2], shape (n, 2).
+    acceleration: FloatArray
     #: Thermal boundary layer; None: no heat has been exchanged.
     layer: SurfaceLayer | None = None
+    #: Time of the last increment [s]; 0: there was none, and the velocity is a guess.
+    lasted: float = 0.0
 
     @classmethod
     def at_rest(cls, x: FloatArray, quads: IntArray, chain: IntArray, T: float) -> Body:
@@ -49,6 +53,7 @@ class Body:
             np.zeros((n_e, 4)),
             np.zeros((n_e, 4)),
             np.full(len(x), float(T)),
+            np.zeros_like(x),
             np.zeros_like(x),
         )
 
@@ -66,6 +71,20 @@ class Body:
     def axis(self) -> IntArray:
         """Nodes on the axis of rotation."""
         return np.flatnonzero(self.x[:, 0] < 1e-9)
+
+    def expected(self, dt: float, share: float) -> FloatArray:
+        """Return how far the nodes go in the increment `dt` [s] if a share of their acceleration goes on, shape (n, 2) [mm]."""
+        return (self.velocity + 0.5 * share * (self.lasted + dt) * self.acceleration) * dt
+
+    def accelerate(self, velocity: FloatArray, dt: float) -> None:
+        """Take over the mean velocity of an increment `dt` [s], shape (n, 2) [mm/s]."""
+        between = 0.5 * (self.lasted + dt) if self.lasted > 0.0 else np.inf
+        self.acceleration = (velocity - self.velocity) / between
+        self.velocity, self.lasted = velocity, dt
+
+    def guess(self, velocity: FloatArray) -> None:
+        """Expect a velocity, shape (n, 2) [mm/s], that has nothing to do with the last increments."""
+        self.velocity, self.acceleration, self.lasted = velocity, np.zeros_like(velocity), 0.0
 
     def volume(self) -> float:
         """Return the volume as it is [mm3]."""

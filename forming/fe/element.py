@@ -21,9 +21,9 @@ from .mesh.shape import N_GAUSS, FloatArray, IntArray, gradients
 #: deviator after the return, the modulus along the flow direction, and this direction (rr, zz, tt, rz). Then the trial stress,
 #: and how the plastic strain rises with it; 0: no plastic flow.
 MODULI = 8
-#: Newton's method for the plastic strain ends at this excess over the flow stress; the last correction is linear, which leaves
-#: its square.
-SETTLED = 1e-5
+#: Newton's method for the plastic strain ends at this excess over the flow stress, or with a correction by this share; it is
+#: linear, which leaves its square: of the flow stress, that times the exponents of strain and rate, 1e-6.
+SETTLED, CLOSE = 1e-5, 1e-2
 
 
 @njit(cache=True)
@@ -47,16 +47,17 @@ def radial_return(
         yields = True
         dp = max(0.95 * (q - y) / g3, 1e-12)
     slope = 0.0
+    per_time = 1.0 / dt
     for _ in range(40):
-        y, by_strain, by_rate = flow_stress(strain + dp, dp / dt, T, m)
-        slope = by_strain + by_rate / dt
+        y, by_strain, by_rate = flow_stress(strain + dp, dp * per_time, T, m)
+        slope = by_strain + by_rate * per_time
         excess = q - g3 * dp - y
         if excess > 0.0:
             low = dp
         else:
             high = dp
         trial = dp + excess / (g3 + slope)
-        if abs(excess) < SETTLED * y and trial > 0.0:
+        if trial > 0.0 and (abs(excess) < SETTLED * y or abs(trial - dp) < CLOSE * dp):
             y += slope * (trial - dp)
             dp = trial
             break
@@ -189,13 +190,15 @@ def internal_forces(
             work[e, g] = 0.0
             if dp > 0.0:
                 # The stress before, along the plastic strain of this increment.
-                before = 1.5 * (old_rr * s_rr + old_zz * s_zz + old_tt * s_tt + 2.0 * old_rz * s_rz) / q
+                over_q = 1.0 / q
+                before = 1.5 * (old_rr * s_rr + old_zz * s_zz + old_tt * s_tt + 2.0 * old_rz * s_rz) * over_q
                 work[e, g] = 0.5 * dp * (before + y)
-                keep = 1.0 - 3.0 * shear * dp / q
-                norm = np.sqrt(1.5) / q
+                keep = 1.0 - 3.0 * shear * dp * over_q
+                norm = np.sqrt(1.5) * over_q
+                by_trial = 1.0 / (3.0 * shear + slope)
                 moduli[e, g, 0] = 2.0 * shear * keep
-                moduli[e, g, 1] = 6.0 * shear * shear * (dp / q - 1.0 / (3.0 * shear + slope))
-                moduli[e, g, 7] = 1.0 / (3.0 * shear + slope)
+                moduli[e, g, 1] = 6.0 * shear * shear * (dp * over_q - by_trial)
+                moduli[e, g, 7] = by_trial
                 moduli[e, g, 2] = s_rr * norm
                 moduli[e, g, 3] = s_zz * norm
                 moduli[e, g, 4] = s_tt * norm

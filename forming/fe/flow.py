@@ -34,11 +34,14 @@ def flow_stress(strain: float, rate: float, T: float, m: FloatArray) -> tuple[fl
     """Return the flow stress and its derivatives by strain and by strain rate."""
     if m.ndim == 2:
         return _other_laws(strain, rate, T, m[0])
-    e = np.sqrt(strain * strain + m[8] * m[8])
-    r = np.sqrt(rate * rate + m[9] * m[9])
-    exponent = m[3] + m[5] * T
-    y = m[0] * np.exp(m[1] * T + m[4] / e + m[2] * np.log(e) + exponent * np.log(r))
-    return y, y * (m[2] / e - m[4] / (e * e)) * strain / e, y * exponent * rate / (r * r)
+    # Divisions and roots cost as much as all the rest.
+    square = strain * strain + m[8] * m[8]
+    rate_square = rate * rate + m[9] * m[9]
+    half = 0.5 * (m[3] + m[5] * T)
+    over_e = 1.0 / np.sqrt(square)
+    y = m[0] * np.exp(m[1] * T + m[4] * over_e + 0.5 * m[2] * np.log(square) + half * np.log(rate_square))
+    by_strain = y * (m[2] - m[4] * over_e) * strain * (over_e * over_e)
+    return y, by_strain, 2.0 * y * half * rate / rate_square
 
 
 @njit(cache=True)

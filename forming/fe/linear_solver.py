@@ -110,7 +110,7 @@ class LinearSolver:
 
     def __init__(self, quads: IntArray, n: int) -> None:
         self.half = 2 * half_bandwidth(quads) + 1
-        self.last = last_rows(quads, n)
+        self.last = last_rows(quads, n, 2)
         #: Lower triangle, entry (i, j) at ``band[j, i - j]``, shape (2 n, half + AT_ONCE); its factor after `factorise`.
         self.band = np.zeros((2 * n, self.half + AT_ONCE))
         #: Entry (r, z) of the skew block of each node, shape (n,).
@@ -152,26 +152,27 @@ class LinearSolver:
         if self._whole is not None:
             return np.asarray(dgbtrs(self._whole[0], self.half, self.half, right, self._whole[1])[0])
         left, solution = right.copy(), np.zeros_like(right)
-        tried, images = np.empty((2, ROUNDS, len(right)))
-        enough = ACCURACY * float(np.sqrt(right @ right))
-        for k in range(ROUNDS):
+        tried: list[tuple[FloatArray, FloatArray]] = []
+        enough = ACCURACY * ACCURACY * float(right @ right)
+        for _ in range(ROUNDS):
             step = left.copy()
             solve_band(self.band, self.last, step)
             # The symmetric part times the step is `left` again.
             image = left.copy()
             image[::2] += self.skew * step[1::2]
             image[1::2] -= self.skew * step[::2]
-            along = images[:k] @ image
-            image -= along @ images[:k]
-            step -= along @ tried[:k]
-            length = float(np.sqrt(image @ image))
+            for other, its_image in tried:
+                along = float(its_image @ image) / float(its_image @ its_image)
+                image -= along * its_image
+                step -= along * other
+            length = float(image @ image)
             if not length > 0.0:
                 break
-            images[k], tried[k] = image / length, step / length
-            share = float(images[k] @ left)
-            solution += share * tried[k]
-            left -= share * images[k]
-            if float(np.sqrt(left @ left)) <= enough:
+            tried.append((step, image))
+            share = float(image @ left) / length
+            solution += share * step
+            left -= share * image
+            if float(left @ left) <= enough:
                 return solution
         if self._factorise_whole():
             return self.solve(right)

@@ -44,10 +44,6 @@ class SurfaceMarkers:
         self.track = _index_coordinate(points, lengths)
         self._own = np.flatnonzero(order < n)
         self._is_corner = _distance(points, corners) < near
-        # What a corner cuts off from between two markers may be shorter than an element, which cannot resolve it.
-        edges, _ = _edges(_index_coordinate(0.5 * (points[1:] + points[:-1]), lengths))
-        inserted = order >= n
-        self._cut_off = (inserted[1:] | inserted[:-1]) & (np.diff(points) < np.diff(lengths)[edges])
         #: Areas of the intervals at the start [mm2].
         self.start_areas = self.areas(surface)
         self.start_arc = arc.copy()
@@ -148,9 +144,7 @@ class SurfaceMarkers:
 
     def _expansion(self, surface: FloatArray, active: npt.NDArray[np.bool_]) -> FloatArray:
         """Return dA/dA0 over both intervals of a point; at a corner over those beside which a node is `active`."""
-        share = np.stack([np.append(True, ~self._cut_off), np.append(~self._cut_off, True)]).astype(
-            np.float64
-        )
+        share = np.ones((2, len(self.track)))
         corner = self.track[self._is_corner]
         share[0, self._is_corner] = active[np.ceil(corner - 1e-6).astype(np.int64) - 1]
         share[1, self._is_corner] = active[np.floor(corner + 1e-6).astype(np.int64) + 1]
@@ -216,7 +210,8 @@ def _reach(k: npt.NDArray[np.int64], tool: IntArray, pressures: FloatArray) -> F
     - `k`, `tool`, shape (n,): edges, and the tools that they face.
     """
     # Beyond both ends of the surface stands nothing.
-    known = np.pad(pressures, ((0, 0), (2, 2)))
+    known = np.zeros((pressures.shape[0], pressures.shape[1] + 4))
+    known[:, 2:-2] = pressures
     ends_here = known[tool, k + 2] > 0.0
     last, before, first = (
         np.where(ends_here, known[tool, k + 2 - i], known[tool, k + 3 + i]) for i in range(3)

@@ -230,7 +230,7 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
         return False
     gauss = np.concatenate([body.stress, body.strain[:, :, None], body.rate[:, :, None]], axis=2)
     smooth_T = body.T if body.layer is None else body.T - body.layer.carried
-    nodal = np.column_stack([smooth_T, body.velocity])
+    nodal = np.column_stack([smooth_T, body.velocity, body.acceleration])
     gauss, nodal = transfer(body.x, body.quads, gauss, nodal, mesh.x, mesh.quads)
     state.old_mesh = OldMesh(body, state.tables, state.markers.track.copy(), state.strain_at_remesh, k)
     state.markers.move_to(old_surface, surface.old_arc)
@@ -242,9 +242,12 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
         np.maximum(gauss[:, :, 4], 0.0),
         np.maximum(gauss[:, :, 5], 0.0),
         np.ascontiguousarray(nodal[:, 0]),
-        np.ascontiguousarray(nodal[:, 1:]),
+        np.ascontiguousarray(nodal[:, 1:3]),
+        np.ascontiguousarray(nodal[:, 3:]),
+        lasted=body.lasted,
     )
-    state.body.velocity[state.body.axis, 0] = 0.0
+    for motion in (state.body.velocity, state.body.acceleration):
+        motion[state.body.axis, 0] = 0.0
     if body.layer is not None:
         layer = body.layer.on(old_surface, surface.old_arc, mesh.x, mesh.quads, state.body.chain)
         state.body.layer = layer.settle(mesh.x, mesh.quads, state.body.T, material.heat_capacity)

@@ -231,7 +231,7 @@ class Simulation:
         ends, shares = self._ends(step), self._touching_shares(moves, dt)
         body.rate = (step.strain - body.strain) / dt
         body.x = body.x + step.du
-        body.velocity = step.du / (dt * share)
+        body.accelerate(step.du / (dt * share), dt)
         body.stress, body.strain = step.stress, step.strain
         for tool, move, table in zip(state.tools, moves, step.tables):
             tool.offset = tool.offset + move

@@ -25,7 +25,9 @@ FINE_RADIUS, FINE_WALL, ROUNDED, FINEST = 0.28, 0.3, 0.7, 0.3
 #: Elements of the container's heat field at its bore, as a share of `mesh_size`.
 BORE = 1.5
 #: Largest sliding in one increment, in elements.
-SLIDING = 0.62
+SLIDING = 0.55
+#: Largest increment after a remeshing, as a share of the largest: two of them make a communication step of 0.1 mm.
+AFTER_REMESH = 0.5
 #: Largest plastic strain between two remeshings.
 STRAIN = 0.5
 
@@ -201,7 +203,7 @@ class BackwardCupExtrusion(Extrusion):
         corners = np.cumsum([0.0, radius, height, radius])
         counted = np.cumsum([0.0, 0.3 * radius, 0.5 * height, 3.0 * radius])
         markers = np.interp(np.linspace(0.0, counted[-1], self.n_points), counted, corners)
-        control = StepControl(slip=SLIDING * finest)
+        control = StepControl(slip=SLIDING * finest, after_remesh=AFTER_REMESH)
         simulation = Simulation(
             body,
             tools,

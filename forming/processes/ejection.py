@@ -94,7 +94,7 @@ class Ejection:
                 forces=np.array([kept.get(tool.name, np.zeros(2)) for tool in tools]),
             )
         )
-        self.simulation.state.body.velocity[:] = TRIALS[0][0] * incoming
+        self.simulation.state.body.guess(TRIALS[0][0] * incoming)
         self._motion.last = self._motion.last._replace(force=self._force(self.simulation))
 
     @property
@@ -184,7 +184,7 @@ class Ejection:
         self._motion.trial += 1
         state, share = self.simulation.state, TRIALS[self._motion.trial][0]
         moved = state.increments + state.remeshes > 0
-        state.body.velocity = share * (state.body.velocity if moved else self._motion.incoming)
+        state.body.guess(share * (state.body.velocity if moved else self._motion.incoming))
         state.status, state.message, state.failures_in_row = "ok", "", 0
         state.next_dt = self._control().first / self.simulation.speed
         self.simulation = self._simulation(state)

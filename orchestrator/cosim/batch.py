@@ -18,7 +18,7 @@ from friction_models.common.folders import RUN
 from friction_models.common.processes.pool import map_unordered
 
 from ..jobs.job import Progress
-from ..jobs.keys import ResultKeys
+from ..jobs.keys import ResultKeys, running_code
 from ..jobs.versions import versions
 from .master import Master
 from .run_folders import Run
@@ -56,7 +56,7 @@ def run_all(tasks: Sequence[RunTask], jobs: int | None = None, progress: Progres
     """Run all tasks, in parallel where there is more than one, and return their runs in order.
 
     A folder that already holds a complete run of the same system, with the same FMUs, start values,
-    steps and versions, is not computed again.
+    steps, versions and sources (an FMU of a process runs the solver that is installed), is not computed again.
 
     Raises
     ------
@@ -105,6 +105,7 @@ def _same_run(task: RunTask) -> bool:
             and manifest["steps"] == system.steps
             and manifest["communication_step"] == system.communication_step
             and manifest["versions"] == versions()
+            and manifest["code"] == running_code(__package__)
             and manifest["provenance"] == system.provenance
             and parts.keys() == system.components.keys()
             and all(parts[n]["sha256"] == path_digest(system.fmu_path(n)) for n in parts)

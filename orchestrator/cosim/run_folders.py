@@ -20,6 +20,7 @@ from friction_models.common.netcdf_files import open_dataset, write_dataset
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
+from ..jobs.keys import running_code
 from ..jobs.versions import versions
 from .setup.description import SystemDescription
 from .setup.wiring import Wiring
@@ -263,6 +264,7 @@ def write_run(
         "components": files,
         "timing_s": {name: round(seconds, 6) for name, seconds in course.timing.items()},
         "versions": versions(),
+        "code": running_code(__package__),
         "platform": platform.platform(terse=True),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }

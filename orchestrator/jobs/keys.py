@@ -10,6 +10,7 @@ import ast
 import json
 import os
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict
 
@@ -55,6 +56,12 @@ class ResultKeys:
         """Return the key of what is computed from JSON-able content: all that enters it, files as their hashes."""
         text = json.dumps(content, sort_keys=True, default=os.fspath)  # start values may be NaN
         return digest({"content": text, **self._stamp})
+
+
+@cache
+def running_code(module: str) -> str:
+    """Return the hash of the sources that decide what the functions of a module return, as this process first found them."""
+    return code_digest(deciding_code(module))
 
 
 def stamp(code: Iterable[str]) -> Stamp:

@@ -265,7 +265,7 @@ def predict_sct(
         What drives the tests.
     out : path-like
         Folder: ``fmus/``, a run folder a test under ``runs/``, ``predicted.csv``, ``prediction.json``. Runs that are there
-        already, of the same FMUs and versions, are not computed again.
+        already, of the same FMUs, versions and sources, are not computed again.
     twin : mapping, optional
         Parameters of the twin for all tests; what the test table says about specimen and punch goes before them.
     label : str, optional

@@ -164,7 +164,10 @@ def test_intervals_across_a_corner_mix_face_and_side():
 
 @pytest.mark.parametrize("kind", ["rod", "contact"])
 def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, monkeypatch):
-    """Largest expansion of a rod, and contact mean of a specimen: remeshings when needed, and four times as many."""
+    """Contact mean of a specimen, and largest expansion of a rod, at a front edge that elements of 0.5 mm hardly resolve.
+
+    Remeshings when needed, and more than twice as many. Elements of 0.14 mm find 1.733.
+    """
     found, remeshings = [], []
     for every in (40, 3):
         if kind == "rod":
@@ -189,4 +192,5 @@ def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, monkeypatch
                 found.append(float(upset(PunchGeometry(), FORCE, mesh_size=0.7).psi_mean[-1]))
             remeshings.append(seen[0].state.remeshes)
     assert remeshings[1] > 2.5 * remeshings[0]
-    assert found[1] == pytest.approx(found[0], rel=0.02)
+    assert found[1] == pytest.approx(found[0], rel=0.02 if kind == "contact" else 0.04)
+    assert kind == "contact" or found == pytest.approx([1.733, 1.733], rel=0.08)

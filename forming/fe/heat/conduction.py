@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-from ..mesh.shape import N_GAUSS, FloatArray, IntArray, gradients, half_bandwidth
+from ..linear_solver import AT_ONCE, factorise_band, solve_band
+from ..mesh.shape import N_GAUSS, FloatArray, IntArray, gradients, half_bandwidth, last_rows
 from .properties import Property, mean_between, value_at
 
 #: Iterations of a capacity over temperature end after so many, or when no node changes by more [K].
@@ -31,8 +31,7 @@ class Coupling(NamedTuple):
 
 
 @njit(cache=True)
-def solve_coupled(
-    factor: FloatArray,
+def add_coupling(
     right: FloatArray,
     T: FloatArray,
     chain: IntArray,
@@ -41,36 +40,19 @@ def solve_coupled(
     nodes: IntArray,
     shares: FloatArray,
 ) -> FloatArray:
-    """Return the solution with the heat of a `Coupling`.
+    """Return the right-hand side with the heat of a `Coupling` at the temperatures `T`.
 
     The factorised matrix holds `slope` at the nodes of `chain`. What it takes away there the right-hand side gives back,
     so the solution does not depend on it: it makes the iteration settle, in two to six rounds.
-
-    - `factor`, shape (n, b + 1): Cholesky factor, lower triangle, as `dpbtrf` leaves it; `T`: first guess.
     """
-    n, b = factor.shape
-    for _ in range(ROUNDS):
-        x = right.copy()
-        for i in range(chain.shape[0]):
-            at = T[chain[i]]
-            entering = heat[i] - slope[i] * at
-            x[chain[i]] += slope[i] * at
-            for a in range(4):
-                x[nodes[i, a]] += shares[i, a] * entering
-        for j in range(n):
-            x[j] /= factor[j, 0]
-            for k in range(1, min(b, n - j)):
-                x[j + k] -= factor[j, k] * x[j]
-        for j in range(n - 1, -1, -1):
-            total = x[j]
-            for k in range(1, min(b, n - j)):
-                total -= factor[j, k] * x[j + k]
-            x[j] = total / factor[j, 0]
-        change = np.abs(x - T).max()
-        T = x
-        if change < REST:
-            break
-    return T
+    x = right.copy()
+    for i in range(chain.shape[0]):
+        at = T[chain[i]]
+        entering = heat[i] - slope[i] * at
+        x[chain[i]] += slope[i] * at
+        for a in range(4):
+            x[nodes[i, a]] += shares[i, a] * entering
+    return x
 
 
 @njit(cache=True)
@@ -98,7 +80,7 @@ def assemble_heat(
     """Add conduction (implicit), lumped capacity and the heat `source` [N/mm2 in dt] per Gauss point.
 
     `capacity` and `conductivity` hold one value for all nodes, or one for each. ``band[j, i - j]`` holds the lower
-    triangle, shape (n, b + 1), quantities per radian.
+    triangle, shape (n, b + `AT_ONCE`), quantities per radian.
     """
     xe = np.empty((4, 2))
     dn = np.empty((4, 2))
@@ -152,15 +134,15 @@ def heat_step(
     - `film`, (nodes, conductance, temperature): conductance [N mm/(s K)] per radian of each node to a body of
       given temperature; nodes may repeat.
     """
-    half = half_bandwidth(quads)
+    width, last = half_bandwidth(quads) + AT_ONCE, last_rows(quads, len(x), 1)
     varies = isinstance(capacity, tuple) or isinstance(conductivity, tuple)
     after = T
     for _ in range(ITERATIONS):
-        band, right = np.zeros((len(x), half + 1)), np.zeros(len(x))
+        band, right = np.zeros((len(x), width)), np.zeros(len(x))
         at = slice(None if varies else 1)
         mean, k = mean_between(capacity, T[at], after[at]), value_at(conductivity, after[at])
         assemble_heat(x, quads, T, source, mean, k, dt, band, right)
-        before, after = after, _solve(band, right, film, after, coupling)
+        before, after = after, _solve(band, last, right, film, after, coupling)
         if not isinstance(capacity, tuple) or float(np.abs(after - before).max()) < SETTLED:
             break
     return after
@@ -168,6 +150,7 @@ def heat_step(
 
 def _solve(
     band: FloatArray,
+    last: IntArray,
     right: FloatArray,
     film: tuple[IntArray, FloatArray, FloatArray] | None,
     guess: FloatArray,
@@ -178,9 +161,14 @@ def _solve(
         add_film(band, right, *film)
     if coupling is not None:
         add_film(band, right, coupling.chain, coupling.slope, np.zeros(len(coupling.slope)))
-    factor, info = dpbtrf(band.T, lower=1, overwrite_ab=1)
-    if info != 0:
+    if not factorise_band(band, last):
         raise ArithmeticError("the heat matrix is not positive definite")
     if coupling is None:
-        return dpbtrs(factor, right, lower=1, overwrite_b=1)[0]
-    return solve_coupled(np.ascontiguousarray(factor.T), right, guess, *coupling)
+        solve_band(band, last, right)
+        return right
+    for _ in range(ROUNDS):
+        before, guess = guess, add_coupling(right, guess, *coupling)
+        solve_band(band, last, guess)
+        if np.abs(guess - before).max() < REST:
+            break
+    return guess

@@ -33,13 +33,20 @@ def nearest_on_chain(points: FloatArray, chain: FloatArray) -> tuple[IntArray, F
     edge = np.zeros(points.shape[0], np.int64)
     fraction = np.zeros(points.shape[0])
     distance = np.zeros(points.shape[0])
+    lengths = np.hypot(chain[1:, 0] - chain[:-1, 0], chain[1:, 1] - chain[:-1, 1])
     for p in range(points.shape[0]):
         best = 1e30
+        # Neighbours are close to each other: the edge of the last point tells how near the edge of this one must be.
+        start = chain[edge[p - 1]] if p > 0 else chain[0]
+        reach = 1.000001 * np.hypot(points[p, 0] - start[0], points[p, 1] - start[1])
         for k in range(chain.shape[0] - 1):
-            er = chain[k + 1, 0] - chain[k, 0]
-            ez = chain[k + 1, 1] - chain[k, 1]
             pr = points[p, 0] - chain[k, 0]
             pz = points[p, 1] - chain[k, 1]
+            # No point of the edge is closer to its start than its length.
+            if pr * pr + pz * pz > (reach + lengths[k]) ** 2:
+                continue
+            er = chain[k + 1, 0] - chain[k, 0]
+            ez = chain[k + 1, 1] - chain[k, 1]
             t = min(1.0, max(0.0, (pr * er + pz * ez) / (er * er + ez * ez + 1e-30)))
             d = (pr - t * er) ** 2 + (pz - t * ez) ** 2
             if d < best:

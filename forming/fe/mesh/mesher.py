@@ -253,7 +253,7 @@ def renumber(x: FloatArray, quads: IntArray, nodes: IntArray) -> tuple[FloatArra
         order = by_neighbours[breadth_first_order(graph, start, return_predecessors=False)]
         number = np.empty(n, dtype=np.int64)
         number[order] = np.arange(n)
-        width = last_rows(number[quads], n) - np.arange(2 * n)
+        width = last_rows(number[quads], n, 2) - np.arange(2 * n)
         work = float(width @ width)
         if work < least:
             best, least = order, work

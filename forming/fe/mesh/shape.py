@@ -56,14 +56,18 @@ def half_bandwidth(quads: IntArray) -> int:
 
 
 @njit(cache=True)
-def last_rows(quads: IntArray, n_nodes: int) -> IntArray:
-    """Return for each column of a matrix over the mesh the last row in which it or one before it has an entry, shape (2 n,)."""
-    last = np.zeros(2 * n_nodes, np.int64)
+def last_rows(quads: IntArray, n_nodes: int, each: int) -> IntArray:
+    """Return for each column of a matrix over the mesh the last row in which it or one before it has an entry.
+
+    - `each`: unknowns of a node.
+    - returns: shape (each * n_nodes,).
+    """
+    last = np.zeros(each * n_nodes, np.int64)
     for e in range(quads.shape[0]):
         nodes = quads[e]
-        low = 2 * min(nodes[0], nodes[1], nodes[2], nodes[3])
-        last[low] = max(last[low], 2 * max(nodes[0], nodes[1], nodes[2], nodes[3]) + 1)
-    for i in range(1, 2 * n_nodes):
+        low = each * min(nodes[0], nodes[1], nodes[2], nodes[3])
+        last[low] = max(last[low], each * (max(nodes[0], nodes[1], nodes[2], nodes[3]) + 1) - 1)
+    for i in range(1, each * n_nodes):
         last[i] = max(last[i], last[i - 1])
     return last
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from orchestrator import Master, Run, SimulationError, System
 from orchestrator.cosim.batch import RunTask, run_all
+from orchestrator.jobs.keys import deciding_code
 from tests.orchestrator.tiny_fmus import system_content
 
 
@@ -32,6 +34,23 @@ def test_a_pool_gives_the_same_runs_and_keeps_them(tiny: dict[str, Path], tmp_pa
     run_all([RunTask(changed, tmp_path / "a"), RunTask(other, tmp_path / "b", "jacobi")], jobs=1)
     after = {name: (tmp_path / name / "results.nc").stat().st_mtime_ns for name in ("a", "b")}
     assert all(after[name] > before[name] for name in before)
+
+
+def test_a_run_of_an_older_state_of_the_sources_is_computed_again(
+    tiny: dict[str, Path], tmp_path: Path
+) -> None:
+    """An FMU of a process runs the solver that is installed: its own hash says nothing about that."""
+    task = RunTask(System.from_dict(system_content(tiny["law"], tiny["process"])), tmp_path / "a")
+    run_all([task], jobs=1)
+    manifest = task.folder / "manifest.json"
+    now = json.loads(manifest.read_text(encoding="utf-8"))
+    assert {"forming", "sct_twin"} <= set(deciding_code("orchestrator.cosim"))
+    for other in ({**now, "code": "0" * 64}, {k: v for k, v in now.items() if k != "code"}):
+        manifest.write_text(json.dumps(other), encoding="utf-8")
+        before = (task.folder / "results.nc").stat().st_mtime_ns
+        run_all([task], jobs=1)
+        assert (task.folder / "results.nc").stat().st_mtime_ns > before
+        assert json.loads(manifest.read_text(encoding="utf-8"))["code"] == now["code"]
 
 
 def test_a_failing_run_is_heard_and_finished_ones_stay(tiny: dict[str, Path], tmp_path: Path) -> None:
