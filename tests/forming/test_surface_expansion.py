@@ -162,8 +162,8 @@ def test_intervals_across_a_corner_mix_face_and_side():
     assert psi[1] < 0.9 * 1.5
 
 
-@pytest.mark.parametrize("kind", ["rod", "contact"])
-def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, monkeypatch):
+@pytest.mark.parametrize(("kind", "spread"), [("rod", 0.04), ("contact", 0.02)])
+def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, spread, monkeypatch):
     """Contact mean of a specimen, and largest expansion of a rod, at a front edge that elements of 0.5 mm hardly resolve.
 
     Remeshings when needed, and more than twice as many. Elements of 0.14 mm find 1.733.
@@ -192,5 +192,6 @@ def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, monkeypatch
                 found.append(float(upset(PunchGeometry(), FORCE, mesh_size=0.7).psi_mean[-1]))
             remeshings.append(seen[0].state.remeshes)
     assert remeshings[1] > 2.5 * remeshings[0]
-    assert found[1] == pytest.approx(found[0], rel=0.02 if kind == "contact" else 0.04)
-    assert kind == "contact" or found == pytest.approx([1.733, 1.733], rel=0.08)
+    assert found[1] == pytest.approx(found[0], rel=spread)
+    if kind == "rod":
+        assert found == pytest.approx([1.733, 1.733], rel=0.08)

@@ -30,11 +30,13 @@ def constant(effect: Effect, campaign: Campaign) -> list[str]:
 
     A memory of the speed shows after changes of it, so `v_rel` has to vary within tests; a rest counts, too.
     """
-    flat = [n for n in effect.needed_loads if not campaign.varies(n)]
-    memory = effect.needs_state and "v_rel" in effect.needed_loads
-    if memory and not _rested(campaign) and within_share(campaign, "v_rel") < WITHIN:
-        return list(dict.fromkeys([*flat, "v_rel"]))
-    return [n for n in flat if n != "v_rel"] if memory else flat
+
+    def shown(name: str) -> bool:
+        if name == "v_rel" and effect.needs_state:
+            return _rested(campaign) or within_share(campaign, name) >= WITHIN
+        return campaign.varies(name)
+
+    return [n for n in effect.needed_loads if not shown(n)]
 
 
 def within_share(campaign: Campaign, name: str) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,7 +13,10 @@ from friction_models.discovery import diagnose
 from friction_models.discovery.judge import confirm
 from friction_models.discovery.judge.confidence import MOST_IN_ANOTHER_FORM
 from friction_models.estimation.search.unseen_loads import EITHER
+from friction_models.loads import FloatArray as Array
 from tests.friction_models.test_estimation_histories import ramps
+
+Rng: TypeAlias = np.random.Generator
 
 
 def melting_film(seed: int) -> pd.DataFrame:
@@ -27,19 +33,34 @@ def melting_film(seed: int) -> pd.DataFrame:
     )
 
 
-def settling_of_its_own(seed: int) -> pd.DataFrame:
-    """Records of 24 tests: each settles over a distance, by an amount and with an exponent of its own."""
+def at_one_speed_each(
+    seed: int, slowest: float, fastest: float, longest: float, mu: Callable[[Rng, float, float, Array], Array]
+) -> pd.DataFrame:
+    """Return records of 24 tests at constant loads, with the mu of a generator of numbers, speed, temperature and distances."""
     rng = np.random.default_rng(seed)
-    tests = []
+    sd, tests = np.linspace(0.5, longest, 40), []
     for i in range(24):
-        v, p, T = np.exp(rng.uniform(np.log(2.0), np.log(60.0))), rng.uniform(200, 900), rng.uniform(30, 120)
-        sd = np.linspace(0.5, 40.0, 40)
-        size, length = 0.02 * rng.lognormal(0.0, 0.7), 6.0 * rng.lognormal(0.0, 0.6)
-        mu = 0.09 - size * np.exp(-((sd / length) ** rng.uniform(0.5, 1.6)))
-        mu += 0.0006 * rng.standard_normal(40) + 0.002 * rng.standard_normal()
+        v = float(np.exp(rng.uniform(np.log(slowest), np.log(fastest))))
+        p, T = rng.uniform(200, 900), rng.uniform(30, 120)
         loads = {"t": sd / v, "v_rel": v, "T": T, "sigma_n": p, "sd": sd, "psi": 1.5}
-        tests.append(pd.DataFrame({"test_id": f"t{i:02d}", **loads, "mu": mu}))
+        tests.append(pd.DataFrame({"test_id": f"t{i:02d}", **loads, "mu": mu(rng, v, T, sd)}))
     return pd.concat(tests, ignore_index=True)
+
+
+def settling_of_its_own(rng: Rng, v: float, T: float, sd: Array) -> Array:
+    """Each test settles over a distance, by an amount and with an exponent of its own."""
+    size, length = 0.02 * rng.lognormal(0.0, 0.7), 6.0 * rng.lognormal(0.0, 0.6)
+    mu = 0.09 - size * np.exp(-((sd / length) ** rng.uniform(0.5, 1.6)))
+    mu += 0.0006 * rng.standard_normal(40) + 0.002 * rng.standard_normal()
+    return np.asarray(mu)
+
+
+def drying(rng: Rng, v: float, T: float, sd: Array) -> Array:
+    """Friction rises with time, whatever the speed, as a carrier evaporates."""
+    t = sd / v
+    mu = 0.05 + 1e-4 * (T - 75.0) + 0.03 * t / (t + 1.5)
+    mu += 0.0008 * rng.standard_normal(40) + 0.0005 * rng.standard_normal()
+    return np.asarray(mu)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -56,24 +77,9 @@ def test_two_curves_of_another_form_are_named_and_said_to_have_another_form_perh
     assert (found.verdict == "partly_explained") == (left > 0.15), "verdict and budget of one page agree"
 
 
-def drying(seed: int) -> pd.DataFrame:
-    """Records of 24 tests, each at one speed: friction rises with time, whatever the speed, as a carrier evaporates."""
-    rng = np.random.default_rng(seed)
-    tests = []
-    for i in range(24):
-        v, p, T = np.exp(rng.uniform(np.log(3.0), np.log(100.0))), rng.uniform(200, 900), rng.uniform(30, 120)
-        sd = np.linspace(0.5, 60.0, 40)
-        t = sd / v
-        mu = 0.05 + 1e-4 * (T - 75.0) + 0.03 * t / (t + 1.5)
-        mu += 0.0008 * rng.standard_normal(40) + 0.0005 * rng.standard_normal()
-        loads = {"t": t, "v_rel": v, "T": T, "sigma_n": p, "sd": sd, "psi": 1.5}
-        tests.append(pd.DataFrame({"test_id": f"t{i:02d}", **loads, "mu": mu}))
-    return pd.concat(tests, ignore_index=True)
-
-
 def test_a_memory_of_the_speed_is_not_sure_where_no_test_changes_its_speed() -> None:
     for seed in range(3):
-        found = diagnose(drying(seed))
+        found = diagnose(at_one_speed_each(seed, 3.0, 100.0, 60.0, drying))
         assert found.verdict != "nothing_missing"
         if "rate_state" in found.effects:
             assert found.confidence <= EITHER and found.verdict != "explained"
@@ -82,7 +88,7 @@ def test_a_memory_of_the_speed_is_not_sure_where_no_test_changes_its_speed() -> 
 
 
 def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
-    data = settling_of_its_own(0)
+    data = at_one_speed_each(0, 2.0, 60.0, 40.0, settling_of_its_own)
     found = diagnose(data, model="linear")
     assert (found.verdict, found.confusion_set) == ("ambiguous", ["running_in", "rate_state"]), found.sentence
     monkeypatch.setattr(confirm, "AGREED", -np.inf)
