@@ -25,24 +25,11 @@ class FmuError(RuntimeError):
 
 
 class RunningFmu(LoadedFmu):
-    """An instance in step mode. Use it as a context manager.
+    """An instance in step mode, with values `start` set before initialization. Use it as a context manager.
 
-    Parameters
-    ----------
-    name : str
-        Instance name.
-    start : mapping, optional
-        Values set before initialization; a structural parameter of FMI 3.0 is set in configuration mode.
-    points : int, optional
-        Number of contact points of a friction FMU whose arrays have the length of a structural
-        parameter; its own start value by default.
-
-    Raises
-    ------
-    InputError
-        No co-simulation, no binary for this platform, or one that cannot be loaded; a number of points that cannot be set.
-    FmuError
-        The FMU refuses to start.
+    A structural parameter of FMI 3.0 in `start` is set in configuration mode.
+    Raises InputError: no co-simulation, no binary for this platform, or one that cannot be loaded; a size that cannot be
+    set; FmuError: the FMU refuses to start.
 
     Examples
     --------
@@ -60,23 +47,12 @@ class RunningFmu(LoadedFmu):
     """
 
     def __init__(
-        self,
-        fmu: UnpackedFmu,
-        name: str = "friction",
-        start: Mapping[str, Value] | None = None,
-        points: int | None = None,
+        self, fmu: UnpackedFmu, name: str = "friction", start: Mapping[str, Value] | None = None
     ) -> None:
         if fmu.raw.coSimulation is None:
             raise InputError(f"{fmu.path}: the FMU offers no co-simulation, allowed: an FMU that does")
         values = dict(start or {})
         sizes = {n: int(values.pop(n)) for n in fmu.structure if n in values}  # type: ignore[arg-type]
-        if points is not None:
-            sizing = fmu.sizing("v_rel")
-            if sizing is None:
-                raise InputError(
-                    f"{fmu.path}: the number of contact points is fixed, allowed: none to be set"
-                )
-            sizes[sizing] = points
         self._ports: dict[tuple[str, ...], Port] = {}
         fmu = fmu.sized(sizes) if sizes else fmu
         try:

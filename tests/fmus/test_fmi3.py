@@ -78,7 +78,7 @@ def test_fmpy_finds_no_problem(unpacked: Get, name: str, nodes: int) -> None:
 def test_one_file_serves_any_number_of_points(unpacked: Get, linear_onnx: Path, points: int) -> None:
     fmu = unpacked("linear")
     loads = random_loads(points, seed=points)
-    with RunningFmu(fmu, points=points) as running:
+    with RunningFmu(fmu, start={"n": points}) as running:
         running.set_real(LOAD_NAMES, loads.T)
         mu = running.get_real(["mu"])
         np.testing.assert_allclose(mu, runtime(linear_onnx.read_bytes(), inside(loads)), rtol=1e-12)
@@ -93,7 +93,7 @@ def test_one_file_serves_any_number_of_points(unpacked: Get, linear_onnx: Path, 
 def test_steps_are_those_of_fmi_2(unpacked: Get, name: str) -> None:
     state = {"memory": "work", "ageing": "age"}[name]
     loads = random_loads(3, seed=4)
-    with RunningFmu(unpacked(name), points=3) as three, RunningFmu(unpacked(name, 3, "2.0")) as two:
+    with RunningFmu(unpacked(name), start={"n": 3}) as three, RunningFmu(unpacked(name, 3, "2.0")) as two:
         for k in range(4):
             three.set_real(LOAD_NAMES, np.roll(loads, k, axis=0).T)
             names = [f"{n}[{i + 1}]" for n in LOAD_NAMES for i in range(3)]
@@ -132,7 +132,7 @@ def test_fmpy_simulates_scalars_and_arrays(unpacked: Get) -> None:
 
 def test_state_comes_back_also_into_an_instance_of_another_size(unpacked: Get) -> None:
     fmu = unpacked("memory")
-    with RunningFmu(fmu, points=5) as first, RunningFmu(fmu) as second:
+    with RunningFmu(fmu, start={"n": 5}) as first, RunningFmu(fmu) as second:
         first.set_real(["v_rel"], np.arange(1.0, 6.0))
         first.step(0.0, 0.5)
         state = first.save_state()
@@ -162,7 +162,7 @@ def test_adjoint_is_the_transposed_directional_derivative(unpacked: Get) -> None
     fmu = unpacked("ageing")
     points = 3
     unknowns, knowns = ["mu", "domain_distance", "der(age)"], [*LOAD_NAMES, "age", "Ra"]
-    with RunningFmu(fmu, points=points) as running:
+    with RunningFmu(fmu, start={"n": points}) as running:
         running.set_real(LOAD_NAMES, random_loads(points, seed=2).T)
         rows, columns = (sum(len(running.fmu.resolve(n)) for n in names) for names in (unknowns, knowns))
         forward = np.column_stack([running.derivative(unknowns, knowns, e) for e in np.eye(columns)])
@@ -205,7 +205,7 @@ def dependencies(running: RunningFmu, reference: int) -> tuple[list[int], list[i
 def test_dependencies_by_element(unpacked: Get) -> None:
     fmu = unpacked("ageing")
     reference = {v.own: v.reference for v in fmu.variables.values()}
-    with RunningFmu(fmu, points=2) as running:
+    with RunningFmu(fmu, start={"n": 2}) as running:
         for name, known in (
             ("mu", [*LOAD_NAMES, "age", "Ra", "clamp_to_domain"]),
             ("domain_distance", [*LOAD_NAMES]),
@@ -229,7 +229,7 @@ def test_dependencies_by_element(unpacked: Get) -> None:
 def test_calls_that_are_not_allowed_say_why(unpacked: Get) -> None:
     fmu = unpacked("memory")
     reference = {v.own: v.reference for v in fmu.variables.values()}
-    with RunningFmu(fmu, points=3) as running:
+    with RunningFmu(fmu, start={"n": 3}) as running:
         slave = by_fmpy(running)
         for function, arguments, words in (
             (slave.setFloat64, ([reference["T"]], [1.0, np.nan, 2.0]), r"T\[2\] = -?nan is not a finite number"),
@@ -258,7 +258,7 @@ def test_calls_that_are_not_allowed_say_why(unpacked: Get) -> None:
         running.step(0.0, 0.0)
         for bad in (0, MAX_NODES + 1, 2**63):
             with pytest.raises(InputError, match=f"'n' = {bad}, allowed: 1 to {MAX_NODES}"):
-                RunningFmu(fmu, points=bad)
+                RunningFmu(fmu, start={"n": bad})
             running.call("Reset")
             slave.enterConfigurationMode()
             with pytest.raises(FmuError, match=f"n = {bad}, allowed: 1 to {MAX_NODES}"):

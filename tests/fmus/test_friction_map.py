@@ -108,7 +108,7 @@ def test_values_and_sampling_points_that_are_set_are_interpolated_as_scipy_does(
     values = rng.uniform(0.02, 0.3, shape)
     lines = [np.cumsum(rng.uniform(1.0, 40.0, n)) + 10.0 for n in shape]
     loads = points_of(points, seed=4, beyond=0.3)
-    with RunningFmu(fmu, points=points, start={"clamp_to_domain": False}) as running:
+    with RunningFmu(fmu, start={"n": points, "clamp_to_domain": False}) as running:
         before = running.get_real(["mu"])
         # As a calibration would: in step mode, in between two readings.
         for name, new in (("v_rel_axis", lines[0]), ("T_axis", lines[1]), ("mu_map", values)):
@@ -131,7 +131,7 @@ def test_values_and_sampling_points_that_are_set_are_interpolated_as_scipy_does(
 def test_derivatives_by_the_values_are_the_weights_of_the_sampling_points(fmu: UnpackedFmu) -> None:
     loads = points_of(3, seed=5)
     shape = shape_of(fmu)
-    with RunningFmu(fmu, points=3) as running:
+    with RunningFmu(fmu, start={"n": 3}) as running:
         running.set_real(LOAD_NAMES, loads.T)
         values = running.get_real(["mu_map"])
         lines = [running.get_real([n]) for n in ("v_rel_axis", "T_axis")]
