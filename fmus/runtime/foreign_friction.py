@@ -16,22 +16,10 @@ from .fmu_files import describe
 from .friction_names import Entry, FrictionNames, entries_by_model
 
 
-def friction_model(
-    path: str | os.PathLike[str], entry: Entry | None = None, isolate: bool | None = None
-) -> FmuModel:
-    """Open any friction FMU as a model.
+def friction_model(path: str | os.PathLike[str], entry: Entry | None = None) -> FmuModel:
+    """Open any friction FMU as a model; `entry` is its entry in a file of names (`read_names`).
 
-    Parameters
-    ----------
-    entry : mapping, optional
-        Its entry in a file of names (`read_names`).
-    isolate : bool, optional
-        As of `FmuModel`.
-
-    Raises
-    ------
-    InputError
-        Not an FMU, or one whose variables are neither those of the contract nor named by `entry`.
+    Raises InputError: not an FMU, or one whose variables are neither those of the contract nor named by `entry`.
 
     Examples
     --------
@@ -45,10 +33,10 @@ def friction_model(
     """
     if entry is None:
         with _hinted():
-            model = FmuModel(path, isolate)
+            model = FmuModel(path)
         if model.source is not None:
             return model
-    return FmuModel(path, isolate, FrictionNames.of(describe(path), entry or {}))
+    return FmuModel(path, names=FrictionNames.of(describe(path), entry or {}))
 
 
 @contextmanager
@@ -66,27 +54,17 @@ def _hinted() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class GivenNames:
-    """What a file of names says of the models of a command line.
+    """What a file of names says of the models of a command line."""
 
-    Attributes
-    ----------
-    file : Path or None
-        None where there is no such file.
-    entries : mapping
-        By model (`friction_names.entries_by_model`).
-    """
-
-    file: Path | None = None
+    file: Path | None = None  #: None where there is no such file.
+    #: By model (`friction_names.entries_by_model`).
     entries: Mapping[str, Entry] = field(default_factory=dict)
 
     @classmethod
     def read(cls, models: Sequence[str], file: Path | None) -> GivenNames:
         """Read the file, if there is one.
 
-        Raises
-        ------
-        InputError
-            What `entries_by_model` refuses.
+        Raises InputError: what `entries_by_model` refuses.
         """
         return cls() if file is None else cls(file, entries_by_model(models, file))
 
@@ -113,10 +91,7 @@ class GivenNames:
 def foreign_names(path: str | os.PathLike[str], entry: Entry | None = None) -> FrictionNames | None:
     """Return the variables of a friction FMU that others made; None for one of ours, which needs no care.
 
-    Raises
-    ------
-    InputError
-        What `FrictionNames.of` refuses.
+    Raises InputError: what `FrictionNames.of` refuses.
 
     Examples
     --------

@@ -22,14 +22,6 @@ _STEPS = 10
 class Deviation:
     """Largest and root-mean-square difference between what a host uses and the model.
 
-    Attributes
-    ----------
-    largest, rms : float
-    at : dict of str to float
-        The loads where it is largest.
-    mu : float
-        The model's coefficient there.
-
     Examples
     --------
     >>> print(Deviation(0.02, 0.01, {"v_rel": 5.0, "T": 20.0}, 0.1).text())
@@ -38,8 +30,8 @@ class Deviation:
 
     largest: float
     rms: float
-    at: dict[str, float]
-    mu: float
+    at: dict[str, float]  #: The loads where it is largest.
+    mu: float  #: The model's coefficient there.
 
     def text(self) -> str:
         """Return the deviation as a phrase."""
@@ -90,22 +82,8 @@ def system_values(source: FrictionSource, given: object = None) -> dict[str, flo
     return values
 
 
-def held_system(source: FrictionSource, values: Mapping[str, float] | None = None) -> list[str]:
-    """Return a sentence for each system variable: where a host of numbers holds it, and what that leaves out.
-
-    Parameters
-    ----------
-    values : mapping, optional
-        Where they are held; at their start values by default.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> held_system(read_source(ConstantFriction(mu=0.1)))
-    []
-    """
-    held = {p.name: p.start for p in source.system} | dict(values or {})
+def held_system(source: FrictionSource, held: Mapping[str, float]) -> list[str]:
+    """Return a sentence for each system variable: where a host of numbers holds it, and what that leaves out."""
     if not held:
         return []
     reference = Reference(source)
@@ -121,7 +99,7 @@ def held_system(source: FrictionSource, values: Mapping[str, float] | None = Non
         if not seen and p.lower is not None and p.upper is not None:
             seen = np.linspace(p.lower, p.upper, 5).tolist()
         if seen:
-            others = [reference.mu(loads, system=list((held | {p.name: x}).values())) for x in seen]
+            others = [reference.mu(loads, system=list({**held, p.name: x}.values())) for x in seen]
             off = float(np.abs(np.array(others) - own).max())
             text += f"; at other values of the training mu is off by up to {off:.2e}"
         found.append(text)
