@@ -23,27 +23,6 @@ _WINDOWS = re.compile(r"(kernel32|kernelbase|ntdll|ucrtbase|msvcrt|api-ms-win-[\
 class Binary:
     """What one shared library is and needs.
 
-    Attributes
-    ----------
-    system : {"linux", "windows", "darwin"}
-    machine : str
-        ``x86_64``, ``aarch64``, ``x86`` or the name that the format has for it.
-    size : int
-        Bytes.
-    libraries : tuple of str
-        Names of the libraries that it asks for.
-    imports : dict of str to str
-        Symbol that it does not define -> version (ELF), library (PE) or nothing. Weak symbols, which
-        may be missing, are left out.
-    exports : tuple of str
-        Symbols that it offers.
-    glibc : tuple of int
-        Oldest glibc that has all symbols; empty without one.
-    timestamp : int
-        Date in the header of a PE file, otherwise 0.
-    signed : bool
-        Whether a Mach-O file carries a code signature.
-
     Examples
     --------
     >>> needs = {"exp": "GLIBC_2.29", "solve_": ""}
@@ -52,15 +31,16 @@ class Binary:
     ('x86_64-linux', ('libgfortran.so.5',), ('solve_',))
     """
 
-    system: str
-    machine: str
-    size: int
-    libraries: tuple[str, ...]
+    system: str  #: ``linux``, ``windows`` or ``darwin``.
+    machine: str  #: ``x86_64``, ``aarch64``, ``x86`` or the name that the format has for it.
+    size: int  #: Bytes.
+    libraries: tuple[str, ...]  #: Names of the libraries that it asks for.
+    #: Symbol that it does not define -> version (ELF), library (PE) or nothing. Weak symbols, which may be missing, are left out.
     imports: dict[str, str]
-    exports: tuple[str, ...]
-    glibc: tuple[int, ...] = ()
-    timestamp: int = 0
-    signed: bool = False
+    exports: tuple[str, ...]  #: Symbols that it offers.
+    glibc: tuple[int, ...] = ()  #: Oldest glibc that has all symbols; empty without one.
+    timestamp: int = 0  #: Date in the header of a PE file, otherwise 0.
+    signed: bool = False  #: Whether a Mach-O file carries a code signature.
 
     @property
     def platform(self) -> str:
@@ -86,17 +66,9 @@ class Binary:
 
 
 def read_binaries(content: bytes, where: str) -> list[Binary]:
-    """Read a shared library; a universal Mach-O file holds several.
+    """Read a shared library, `where` in messages; a universal Mach-O file holds several.
 
-    Parameters
-    ----------
-    where : str
-        Name of the file, for messages.
-
-    Raises
-    ------
-    InputError
-        Not one of the three formats, damaged, or too large.
+    Raises InputError: not one of the three formats, damaged, or too large.
 
     Examples
     --------

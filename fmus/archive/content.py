@@ -76,18 +76,10 @@ def write_archive(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> P
 
 
 def read_members(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
-    """Check a ZIP archive from outside, before anything of it is unpacked.
+    """Check a ZIP archive from outside, before anything of it is unpacked; return the files in it.
 
-    Returns
-    -------
-    dict of str to ZipInfo
-        The files in it.
-
-    Raises
-    ------
-    InputError
-        No such file, not a ZIP archive, damaged, too large when unpacked, or a member that would be
-        written outside the folder, is no plain file, or cannot exist beside the others everywhere.
+    Raises InputError: no such file, not a ZIP archive, damaged, too large when unpacked, or a member that would be written
+    outside the folder, is no plain file, or cannot exist beside the others everywhere.
 
     Examples
     --------
@@ -141,17 +133,9 @@ def read_members(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
 
 
 def read_archive(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
-    """Check an FMU archive from outside, before anything of it is unpacked or loaded.
+    """Check an FMU archive from outside, before anything of it is unpacked or loaded; return the files in it.
 
-    Returns
-    -------
-    dict of str to ZipInfo
-        The files in it.
-
-    Raises
-    ------
-    InputError
-        What `read_members` refuses, or no model description.
+    Raises InputError: what `read_members` refuses, or no model description.
 
     Examples
     --------
@@ -176,10 +160,7 @@ def read_archive(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
 def read_member(path: str | os.PathLike[str], name: str, limit: int = MAX_BYTES) -> bytes:
     """Return the content of one file of an archive that `read_members` has accepted.
 
-    Raises
-    ------
-    InputError
-        Damaged, missing, or larger than `limit` bytes.
+    Raises InputError: damaged, missing, or larger than `limit` bytes.
 
     Examples
     --------
@@ -202,15 +183,8 @@ def read_member(path: str | os.PathLike[str], name: str, limit: int = MAX_BYTES)
 def parse_xml(content: bytes, where: str) -> etree._Element:
     """Return the root of an XML file, parsed without entities, document type, network and huge trees.
 
-    Parameters
-    ----------
-    where : str
-        Archive and file, for messages.
-
-    Raises
-    ------
-    InputError
-        Not XML, with a document type, or too large.
+    `where` names archive and file in messages.
+    Raises InputError: not XML, with a document type, or too large.
 
     Examples
     --------
@@ -242,10 +216,7 @@ def parse_xml(content: bytes, where: str) -> etree._Element:
 def read_description(path: str | os.PathLike[str]) -> etree._Element:
     """Return the root of modelDescription.xml; every XML file that importers parse is looked at.
 
-    Raises
-    ------
-    InputError
-        Damaged, not XML, with a document type, or not a model description.
+    Raises InputError: damaged, not XML, with a document type, or not a model description.
 
     Examples
     --------
@@ -274,10 +245,7 @@ def read_description(path: str | os.PathLike[str]) -> etree._Element:
 def unpack(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path:
     """Unpack a checked FMU into `folder`.
 
-    Raises
-    ------
-    InputError
-        Anything that `read_description` refuses, or a damaged member.
+    Raises InputError: anything that `read_description` refuses, or a damaged member.
     """
     read_description(path)
     return unpack_members(path, folder)
@@ -286,10 +254,7 @@ def unpack(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path
 def unpack_members(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path:
     """Unpack a checked ZIP archive into `folder`: plain files and folders, never more than they declare.
 
-    Raises
-    ------
-    InputError
-        Anything that `read_members` refuses, or a damaged member.
+    Raises InputError: anything that `read_members` refuses, or a damaged member.
 
     Examples
     --------
@@ -315,10 +280,7 @@ def unpack_members(path: str | os.PathLike[str], folder: str | os.PathLike[str])
 def check_content(path: str | os.PathLike[str]) -> None:
     """Read every member of an archive that `read_members` has accepted, against its checksum.
 
-    Raises
-    ------
-    InputError
-        A damaged member.
+    Raises InputError: a damaged member.
 
     Examples
     --------

@@ -65,10 +65,7 @@ def _known(file: Path) -> set[str]:
 def runs_apart(path: str | os.PathLike[str], isolate: bool | None = None) -> bool:
     """Whether an FMU runs in a process of its own: as `isolate` says, as `VARIABLE` says, or where it was not made here.
 
-    Raises
-    ------
-    InputError
-        The variable holds something else than 0 or 1.
+    Raises InputError: the variable holds something else than 0 or 1.
 
     Examples
     --------

@@ -12,22 +12,10 @@ OUTCOMES = ("passed", "failed", "skipped", "noted")
 
 
 class Finding(NamedTuple):
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes
-    ----------
-    outcome : {"passed", "failed", "skipped", "noted"}
-    group : str
-        Heading that it belongs under.
-
-    Examples
-    --------
-    >>> Finding("passed", "Archive", "paths stay inside").outcome
-    'passed'
-    """
-
-    outcome: str
-    group: str
+    outcome: str  #: One of `OUTCOMES`.
+    group: str  #: Heading that it belongs under.
     text: str
 
 

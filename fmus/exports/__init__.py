@@ -126,6 +126,8 @@ def subroutine_files(
 ) -> Files:
     """Return the files of an export in C, or in Fortran around it.
 
+    Raises InputError: a name that is no identifier, or a graph that is not translated.
+
     Parameters
     ----------
     target : str
@@ -134,11 +136,6 @@ def subroutine_files(
         First part of the C names.
     **options
         Those of `SUBROUTINE_OPTIONS`.
-
-    Raises
-    ------
-    InputError
-        A name that is no identifier, or a graph that is not translated.
 
     Examples
     --------

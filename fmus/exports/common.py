@@ -61,10 +61,7 @@ def checked_options(target: str, options: Mapping[str, _T], allowed: Collection[
 def c_prefix(source: FrictionSource, name: str | None) -> str:
     """Return the first part of all public C names and of the file names.
 
-    Raises
-    ------
-    InputError
-        `name` is not a C identifier of at most 24 characters.
+    Raises InputError: `name` is not a C identifier of at most 24 characters.
 
     Examples
     --------

@@ -28,13 +28,6 @@ _KSI = Unit("pressure", 1e3 * 0.45359237 * 9.80665 / 25.4**2)
 class HostUnits:
     """Units of a host.
 
-    Attributes
-    ----------
-    system : str
-        Name of the system, one of `SYSTEMS`.
-    temperature : str
-        ``degC``, ``K`` or ``degF``.
-
     Examples
     --------
     >>> units = HostUnits("kg-mm-ms", "K")
@@ -44,8 +37,8 @@ class HostUnits:
     [[1.0, 293.15, 0.5, 3.0, 1.2]]
     """
 
-    system: str = "tonne-mm-s"
-    temperature: str = "degC"
+    system: str = "tonne-mm-s"  #: Name of the system, one of `SYSTEMS`.
+    temperature: str = "degC"  #: ``degC``, ``K`` or ``degF``.
 
     @property
     def names(self) -> tuple[str, str, str]:
@@ -125,10 +118,7 @@ def host_units(
 ) -> HostUnits:
     """Read the options `units` and `temperature` of an export.
 
-    Raises
-    ------
-    InputError
-        A system or a unit that is not known.
+    Raises InputError: a system or a unit that is not known.
 
     Examples
     --------

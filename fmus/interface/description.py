@@ -17,47 +17,23 @@ ANNOTATION = "org.tribofmu.model"
 
 @dataclass(frozen=True)
 class Description:
-    """Content of a model description besides its variables.
-
-    Attributes
-    ----------
-    model_name, identifier, guid, text : str
-        Name, C identifier (also the name of the binary), GUID or (FMI 3.0) instantiation token, one-line description.
-    co_simulation, model_exchange : dict or None
-        Capability flags beyond the identifier; None leaves the interface out.
-    sources : sequence of str
-        Files of `sources/` to be compiled.
-    step : float or None
-        Communication step of the default experiment [s].
-    stop : float or None
-        Stop time of the default experiment [s].
-    annotations : mapping
-        Written as attributes of a `VendorAnnotations` element of the tool `tribofmu`.
-    licence : str
-        One line on the licence; empty leaves it out.
-    event_indicators : int
-        Number of event indicators of model exchange (FMI 2.0).
-
-    Examples
-    --------
-    >>> description = Description("law", "law", "{0}", "a law", [])
-    >>> description.co_simulation, description.model_exchange
-    ({}, None)
-    """
+    """Content of a model description."""
 
     model_name: str
-    identifier: str
-    guid: str
-    text: str
+    identifier: str  #: C identifier, also the name of the binary.
+    guid: str  #: GUID or (FMI 3.0) instantiation token.
+    text: str  #: One line that describes the model.
     variables: Sequence[Variable]
+    #: Capability flags beyond the identifier; None leaves the interface out.
     co_simulation: Mapping[str, bool] | None = field(default_factory=dict)
     model_exchange: Mapping[str, bool] | None = None
-    sources: Sequence[str] = ()
-    step: float | None = None
-    stop: float | None = None
+    sources: Sequence[str] = ()  #: Files of `sources/` to be compiled.
+    step: float | None = None  #: Communication step of the default experiment [s].
+    stop: float | None = None  #: Stop time of the default experiment [s].
+    #: Written as attributes of a `VendorAnnotations` element of the tool `tribofmu`.
     annotations: Mapping[str, str] = field(default_factory=dict)
-    licence: str = ""
-    event_indicators: int = 0
+    licence: str = ""  #: One line on the licence; empty leaves it out.
+    event_indicators: int = 0  #: Number of event indicators of model exchange (FMI 2.0).
 
 
 def number(value: float) -> str:
@@ -74,12 +50,7 @@ def number(value: float) -> str:
 def to_xml(description: Description, fmi: str = "2.0", nodes: int = 1) -> bytes:
     """Return the model description as UTF-8 XML; equal input gives equal bytes (no date).
 
-    Parameters
-    ----------
-    description : Description
-    fmi : {"2.0", "3.0"}
-    nodes : int
-        Number of start values of an array of FMI 3.0: the start value of the structural parameter.
+    `nodes` is the number of start values of an array of FMI 3.0: the start value of the structural parameter.
 
     Examples
     --------

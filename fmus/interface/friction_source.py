@@ -23,31 +23,6 @@ MAX_ONNX_BYTES = 64 * 1024**2
 class FrictionSource:
     """A friction model ready to be packed.
 
-    Attributes
-    ----------
-    onnx : bytes
-        The serialized model.
-    where : str
-        File or class it came from, for messages.
-    family, name, formula : str
-        From the model's metadata; `family` is ``"onnx"`` for a file without them.
-    domain : dict
-        Load name to (lower, upper); empty when none is recorded.
-    states, system : tuple
-        Memory and system variables.
-    card : dict
-        The model card, empty when none is recorded.
-    original : bytes or None
-        The user's file that `onnx` was redrawn from; None for our own models.
-    foreign : dict or None
-        How the loads enter `original`, for a graph that runs in Python only (`onnx` is then empty).
-    note : str
-        What packing should tell the user (how far the redrawn graph is from the original); or empty.
-    interval : float or None
-        Level of the prediction interval, None for a model without one.
-    absent : tuple of str
-        Loads that were not measured in training: inputs of the FMU without influence.
-
     Examples
     --------
     >>> source = FrictionSource(b"", "law.onnx", domain={"T": (20.0, 200.0)}, card={}, interval=0.9)
@@ -57,28 +32,29 @@ class FrictionSource:
     (20.0, False)
     """
 
-    onnx: bytes
-    where: str
-    family: str = "onnx"
+    onnx: bytes  #: The serialized model.
+    where: str  #: File or class it came from, for messages.
+    family: str = "onnx"  #: From the model's metadata, as name and formula; ``"onnx"`` without them.
     name: str = "friction"
     formula: str = ""
+    #: Load name to (lower, upper); empty when none is recorded.
     domain: dict[str, tuple[float, float]] = field(default_factory=dict)
-    states: tuple[State, ...] = ()
+    states: tuple[State, ...] = ()  #: Memory.
     system: tuple[Parameter, ...] = ()
-    card: dict[str, object] = field(default_factory=dict)
-    original: bytes | None = None
+    card: dict[str, object] = field(default_factory=dict)  #: The model card, empty when none is recorded.
+    original: bytes | None = None  #: The user's file that `onnx` was redrawn from; None for our own models.
+    #: How the loads enter `original`, for a graph that runs in Python only (`onnx` is then empty).
     foreign: dict[str, object] | None = None
+    #: What packing should tell the user (how far the redrawn graph is from the original); or empty.
     note: str = ""
-    interval: float | None = None
+    interval: float | None = None  #: Level of the prediction interval, None for a model without one.
+    #: Loads that were not measured in training: inputs of the FMU without influence.
     absent: tuple[str, ...] = ()
 
     def interface(self, nodes: int, interval: bool = False, arrays: bool = False) -> FrictionInterface:
         """Return what an FMU of this model shows at `nodes` contact points, with the bounds of `interval` or without.
 
-        Raises
-        ------
-        InputError
-            The bounds are wanted, and the model has no prediction interval.
+        Raises InputError: the bounds are wanted, and the model has no prediction interval.
         """
         if interval and self.interval is None:
             raise InputError(

@@ -86,10 +86,7 @@ def units_of(load: Quantity) -> list[str]:
 def load_conversion(name: str, unit: str, where: str) -> tuple[float, float]:
     """Return (factor, offset) that turn a load in the contract's unit into `unit`.
 
-    Raises
-    ------
-    InputError
-        The unit does not measure this load; names the nearest one that does.
+    Raises InputError: the unit does not measure this load; names the nearest one that does.
 
     Examples
     --------
@@ -104,77 +101,33 @@ def load_conversion(name: str, unit: str, where: str) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Variable:
-    """One FMI variable: a scalar of FMI 2.0, or a scalar or array of FMI 3.0.
+    """One FMI variable: a scalar of FMI 2.0, or a scalar or array of FMI 3.0."""
 
-    Attributes
-    ----------
-    name : str
-        Structured name, ``mu`` or ``mu[3]``.
-    reference : int
-        Value reference; no two variables of an FMU share one, whatever their types.
-    causality, variability, initial : str
-        As in the standard; `initial` may be empty.
-    type : str
-        ``Real``, ``Boolean`` or ``Integer``.
-    unit : str
-        A key of `UNITS`, or any other text (then without base factors); empty for none.
-    start : float, bool, int or None
-        Start value.
-    lower, upper : float or None
-        Physical limits.
-    depends : tuple of str or None
-        For outputs: names of the inputs it depends on directly; None leaves the statement out.
-    initial_depends : tuple of str or None
-        For outputs: what the initial value depends on; None means `depends`.
-    nominal : float or None
-        Size that the value is expected to have.
-    derivative : str
-        Name of the state whose derivative this is.
-    array : bool
-        FMI 3.0: whether it has one element a contact point.
-    shape, starts : tuple
-        FMI 3.0: dimensions of an array of fixed size, and its start values.
-
-    Examples
-    --------
-    >>> Variable("mu[2]", 7, "output", unit="1", depends=("v_rel[2]", "T[2]")).variability
-    'continuous'
-    """
-
-    name: str
-    reference: int
-    causality: str
+    name: str  #: Structured name, ``mu`` or ``mu[3]``.
+    reference: int  #: Value reference; no two variables of an FMU share one, whatever their types.
+    causality: str  #: As in the standard, as the next two.
     variability: str = "continuous"
     initial: str = ""
-    type: str = "Real"
-    unit: str = ""
+    type: str = "Real"  #: ``Real``, ``Boolean`` or ``Integer``.
+    unit: str = ""  #: A key of `UNITS`, or any other text (then without base factors); empty for none.
     start: float | bool | int | None = None
-    lower: float | None = None
-    upper: float | None = None
+    lower: float | None = None  #: Physical limit.
+    upper: float | None = None  #: Physical limit.
     description: str = ""
+    #: For outputs: names of the inputs it depends on directly; None leaves the statement out.
     depends: tuple[str, ...] | None = None
+    #: For outputs: what the initial value depends on; None means `depends`.
     initial_depends: tuple[str, ...] | None = None
-    nominal: float | None = None
-    derivative: str = ""
-    array: bool = False
-    shape: tuple[int, ...] = ()
-    starts: tuple[float, ...] = ()
+    nominal: float | None = None  #: Size that the value is expected to have.
+    derivative: str = ""  #: Name of the state whose derivative this is.
+    array: bool = False  #: FMI 3.0: whether it has one element a contact point.
+    shape: tuple[int, ...] = ()  #: FMI 3.0: dimensions of an array of fixed size.
+    starts: tuple[float, ...] = ()  #: Its start values.
 
 
 @dataclass(frozen=True)
 class Parameter:
     """A system variable (tool roughness, lubricant batch) that the model takes beside the loads.
-
-    Attributes
-    ----------
-    start : float
-        Value unless another one is set.
-    lower, upper : float or None
-        Range seen in training; not a physical limit.
-    labels : tuple of str
-        What the numbers 0, 1, 2 ... stand for, where the metadata are text.
-    meaning : str
-        One line that describes it; empty for a system variable that a model was trained with.
 
     Examples
     --------
@@ -186,10 +139,11 @@ class Parameter:
 
     name: str
     unit: str
-    start: float
-    lower: float | None = None
-    upper: float | None = None
-    labels: tuple[str, ...] = ()
+    start: float  #: Value unless another one is set.
+    lower: float | None = None  #: Least value seen in training; not a physical limit.
+    upper: float | None = None  #: Greatest value seen in training.
+    labels: tuple[str, ...] = ()  #: What the numbers 0, 1, 2 ... stand for, where the metadata are text.
+    #: One line that describes it; empty for a system variable that a model was trained with.
     meaning: str = ""
 
     @property
@@ -212,17 +166,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class ParameterArray:
-    """System variables that are the elements of one array, the last index fastest: ``mu_map[1,1]``, ``mu_map[1,2]`` ...
-
-    Attributes
-    ----------
-    first : int
-        Place of its first element among the system variables.
-    """
+    """System variables that are the elements of one array, the last index fastest: ``mu_map[1,1]``, ``mu_map[1,2]`` ..."""
 
     name: str
     shape: tuple[int, ...]
-    first: int
+    first: int  #: Place of its first element among the system variables.
 
     @property
     def size(self) -> int:
@@ -296,21 +244,6 @@ class FrictionInterface:
 
     Its variables are in `friction_variables`.
 
-    Attributes
-    ----------
-    nodes : int
-        Contact points; where the simulator sets their number, its default.
-    domain : dict
-        Load name to (lower, upper) of the trained domain; empty when none is recorded.
-    states, system : tuple
-        Memory of a point, and system variables.
-    interval : float or None
-        Level of the prediction interval that is shown, None without one.
-    arrays : bool
-        FMI 3.0: whether one point is an array of length `n`, too, which the simulator can set.
-    absent : tuple of str
-        Loads that were not measured in training: inputs without influence.
-
     Examples
     --------
     >>> interface = FrictionInterface(nodes=3)
@@ -318,13 +251,15 @@ class FrictionInterface:
     ['mu[1]', 'mu[2]', 'mu[3]']
     """
 
-    nodes: int = 1
+    nodes: int = 1  #: Contact points; where the simulator sets their number, its default.
+    #: Load name to (lower, upper) of the trained domain; empty when none is recorded.
     domain: dict[str, tuple[float, float]] = field(default_factory=dict)
-    states: tuple[State, ...] = ()
+    states: tuple[State, ...] = ()  #: Memory of a point.
     system: tuple[Parameter, ...] = ()
-    interval: float | None = None
+    interval: float | None = None  #: Level of the prediction interval that is shown, None without one.
+    #: FMI 3.0: whether one point is an array of length `n`, too, which the simulator can set.
     arrays: bool = False
-    absent: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()  #: Loads that were not measured in training: inputs without influence.
 
     @property
     def sized(self) -> bool:

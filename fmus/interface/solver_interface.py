@@ -62,25 +62,6 @@ class SolverInterface:
     Outputs, inputs, parameters, flags and further outputs are numbered in this order: what came later is numbered last, so
     that the numbers of the others stay.
 
-    Attributes
-    ----------
-    solver : str
-        ``forming`` or ``twin``.
-    title, identifier : str
-        Name, and name as a C identifier.
-    parameters : mapping of str to (str, float)
-        Name to unit and value.
-    flags : sequence of str
-        Boolean outputs.
-    further : sequence of Variable
-        Outputs that are numbered after all others.
-    meanings : mapping of str to str
-        What the parameters are.
-    fixed : dict
-        What else the solver is told.
-    experiment : (float, float)
-        Communication step and end of the default experiment [s].
-
     Examples
     --------
     >>> interface = SolverInterface(
@@ -91,17 +72,17 @@ class SolverInterface:
     [('F_n', 'output', 'N')]
     """
 
-    solver: str
+    solver: str  #: ``forming`` or ``twin``.
     title: str
-    identifier: str
+    identifier: str  #: C identifier.
     outputs: Sequence[Variable]
     inputs: Sequence[Variable]
-    parameters: Mapping[str, tuple[str, float]]
-    experiment: tuple[float, float]
-    flags: Sequence[str] = ()
-    further: Sequence[Variable] = ()
-    meanings: Mapping[str, str] = field(default_factory=dict)
-    fixed: SolverFacts = field(default_factory=SolverFacts)
+    parameters: Mapping[str, tuple[str, float]]  #: Name to unit and value.
+    experiment: tuple[float, float]  #: Communication step and end of the default experiment [s].
+    flags: Sequence[str] = ()  #: Boolean outputs.
+    further: Sequence[Variable] = ()  #: Outputs that are numbered after all others.
+    meanings: Mapping[str, str] = field(default_factory=dict)  #: What the parameters are.
+    fixed: SolverFacts = field(default_factory=SolverFacts)  #: What else the solver is told.
 
     def variables(self) -> list[Variable]:
         """Return all variables in file order."""

@@ -24,12 +24,8 @@ def fastest_time_constant(source: FrictionSource) -> float | None:
     """Return the fastest time constant of the memory inside the trained domain [s].
 
     The memory obeys d(state)/dt = rate(state, loads); the time constant is that of the fastest decay of a small
-    difference in the states, over points of the trained domain and states that they lead to.
-
-    Returns
-    -------
-    float or None
-        None without memory, where it is no differential equation, and where nothing decays within `_SLOW` seconds.
+    difference in the states, over points of the trained domain and states that they lead to. None without memory, where it is
+    no differential equation, and where nothing decays within `_SLOW` seconds.
 
     Examples
     --------

@@ -58,10 +58,7 @@ def system_command() -> list[str] | None:
 def fmi_headers(fmi: str = "2.0") -> dict[str, str]:
     """Return the header files of a version of FMI, which the installed fmpy carries.
 
-    Raises
-    ------
-    InputError
-        Another version than 2.0 and 3.0, or no fmpy.
+    Raises InputError: another version than 2.0 and 3.0, or no fmpy.
 
     Examples
     --------
@@ -88,20 +85,11 @@ def build(
 ) -> dict[str, bytes]:
     """Compile `main`, with the other texts beside it, into one shared library `identifier` a platform.
 
-    `platforms` are platform tuples (``x86_64-linux``), other names of them (``win64``, ``macos``) or ``all``; this machine
-    alone by default. The version of the standard decides on the names of the folders.
-
-    Returns
-    -------
-    dict of str to bytes
-        Path inside `binaries/` to content; equal input gives equal bytes.
-
-    Raises
-    ------
-    InputError
-        Unknown platform, no compiler, or another platform than this machine's without Zig.
-    RuntimeError
-        The compiler fails.
+    Return them by their path inside `binaries/`; equal input gives equal bytes. `platforms` are platform tuples
+    (``x86_64-linux``), other names of them (``win64``, ``macos``) or ``all``; this machine alone by default. The version of the
+    standard decides on the names of the folders.
+    Raises InputError: unknown platform, no compiler, or another platform than this machine's without Zig; RuntimeError: the
+    compiler fails.
     """
     wanted = resolve(platforms)
     host = host_platform()

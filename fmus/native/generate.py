@@ -39,11 +39,7 @@ def generate(source: FrictionSource, interface: FrictionInterface) -> str:
     """Return the C text of a model: constants of the interface, and the formulas.
 
     The text is complete in itself: the kernels it needs are part of it.
-
-    Raises
-    ------
-    InputError
-        The graph holds something that is not translated; the message names it.
+    Raises InputError: the graph holds something that is not translated; the message names it.
 
     Examples
     --------

@@ -20,10 +20,7 @@ MAX_CONSTANTS = 1 << 21
 def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
     """Read a serialized model with that many states of a point and system variables, as its metadata say.
 
-    Raises
-    ------
-    InputError
-        An operator, a shape or an input outside what can be translated.
+    Raises InputError: an operator, a shape or an input outside what can be translated.
     """
     with rules_of(where):
         return _read(content, where, states, system)

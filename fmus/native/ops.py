@@ -176,10 +176,7 @@ def infer_shape(
 ) -> tuple[int, ...]:
     """Return the shape of a node's output with the batch dimension 1.
 
-    Raises
-    ------
-    InputError
-        The operator is not translated, or it mixes contact points.
+    Raises InputError: the operator is not translated, or it mixes contact points.
     """
     expected = "ai.onnx.ml" if op == "TreeEnsemble" else ""
     if op not in SUPPORTED or domain not in {expected, expected or "ai.onnx"}:

@@ -19,10 +19,7 @@ _SCALAR = re.compile(r"\b[td]\d+\b")
 def function(name: str, arguments: str, writer: Writer) -> str:
     """Return a C function with the statements of `writer`, in two builds, and the one that chooses.
 
-    Raises
-    ------
-    InputError
-        More values than the stack has room for.
+    Raises InputError: more values than the stack has room for.
     """
     lines, buffers = writer.lines, writer.buffers
     if len(lines) <= WHOLE:

@@ -7,29 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Place:
-    """The values of one tensor.
+    """The values of one tensor."""
 
-    Attributes
-    ----------
-    name : str
-        C variable or array.
-    size : int
-        Elements of the tensor.
-    offset : int
-        First element within the array.
-    lanes : bool
-        Whether every element stands for a block of points, one value a point.
-    scalar : bool
-        Whether `name` is a plain variable.
-    buffer : str
-        The buffer that must not be used again as long as this place is needed; empty for none.
-    """
-
-    name: str
-    size: int
-    offset: int = 0
-    lanes: bool = False
-    scalar: bool = False
+    name: str  #: C variable or array.
+    size: int  #: Elements of the tensor.
+    offset: int = 0  #: First element within the array.
+    lanes: bool = False  #: Whether every element stands for a block of points, one value a point.
+    scalar: bool = False  #: Whether `name` is a plain variable.
+    #: The buffer that must not be used again as long as this place is needed; empty for none.
     buffer: str = ""
 
     def at(self, index: str | int) -> str:

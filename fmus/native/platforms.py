@@ -15,24 +15,15 @@ from friction_models.common import InputError, unknown_name
 class Platform:
     """A machine and operating system.
 
-    Attributes
-    ----------
-    name : str
-        The platform tuple of FMI 3.0, which also names the folder in ``binaries/``.
-    target : str
-        Target of the Zig compiler. The old glibc makes Linux binaries run on old systems.
-    suffix : str
-        Ending of a shared library.
-
     Examples
     --------
     >>> Platform("x86_64-linux", "x86_64-linux-gnu.2.17", ".so").folder("2.0")
     'linux64'
     """
 
-    name: str
-    target: str
-    suffix: str
+    name: str  #: The platform tuple of FMI 3.0, which also names the folder in ``binaries/``.
+    target: str  #: Target of the Zig compiler. The old glibc makes Linux binaries run on old systems.
+    suffix: str  #: Ending of a shared library.
 
     def folder(self, fmi: str = "2.0") -> str:
         """Return the folder below ``binaries/``.
@@ -98,15 +89,8 @@ def host_platform() -> Platform:
 def resolve(names: Sequence[str] | None) -> list[Platform]:
     """Return the platforms that `names` stand for, each once; this machine's for None or none at all.
 
-    Parameters
-    ----------
-    names : sequence of str, optional
-        Platform tuples, keys of `ALIASES`, or ``"host"``.
-
-    Raises
-    ------
-    InputError
-        An unknown name; with the nearest one.
+    A name is a platform tuple, a key of `ALIASES`, or ``host``.
+    Raises InputError: an unknown name; with the nearest one.
 
     Examples
     --------
@@ -142,11 +126,7 @@ def universal(parts: Sequence[bytes]) -> bytes:
 
     The parts stay as they are, so that the code signature of each stays valid. Layout: Apple's
     ``mach-o/fat.h``, all numbers big endian.
-
-    Raises
-    ------
-    InputError
-        A part that is not a 64-bit little-endian Mach-O file, or two for one machine.
+    Raises InputError: a part that is not a 64-bit little-endian Mach-O file, or two for one machine.
     """
     header = struct.pack(">2I", _FAT_MAGIC, len(parts))
     body = b""

@@ -13,10 +13,7 @@ from .tensors import Attributes
 def tree_tables(attributes: Attributes, features: int, tables: Tables, where: str) -> tuple[str, str, int]:
     """Write the trees as two tables; return the names of those of the nodes and of the trees, and the number of trees.
 
-    Raises
-    ------
-    InputError
-        An index out of range, or a node that is reached twice.
+    Raises InputError: an index out of range, or a node that is reached twice.
     """
     feature, split = (
         attributes.array("nodes_featureids").astype(np.int64),

@@ -27,17 +27,7 @@ def friction_documents(
     target: str = "native",
     fmi: str = "2.0",
 ) -> dict[str, bytes]:
-    """Return the files of documentation/ by their path in the archive.
-
-    Parameters
-    ----------
-    source : FrictionSource
-    interface : FrictionInterface
-    files : mapping of str to bytes
-        The other files of the FMU: its libraries and licence are listed.
-    target : {"native", "python"}
-    fmi : {"2.0", "3.0"}
-    """
+    """Return the files of documentation/ by their path in the archive; libraries and licence among its `files` are listed."""
     parts = [
         _head(source),
         _curves(source, interface),

@@ -15,13 +15,8 @@ _TERMINALS = ("icon.png", "icon.svg", "friction_port.png", "friction_port.svg", 
 def presentation_files(source: FrictionSource, fmi: str) -> dict[str, bytes]:
     """Return icon, terminals and licence by their path in the archive.
 
-    Parameters
-    ----------
-    source : FrictionSource
-        Author and licence of the model are taken from its card where it names them.
-    fmi : {"2.0", "3.0"}
-        FMI 2.0 knows an icon only (``model.png``); FMI 3.0 has terminals with icons of their own, also that of
-        a friction map, with the manifest of the layered standard.
+    FMI 2.0 knows an icon only (``model.png``); FMI 3.0 has terminals with icons of their own, also that of a friction map, with
+    the manifest of the layered standard.
     """
     files = {"documentation/licenses/license.txt": licence_text(source).encode()}
     if fmi != "3.0":

@@ -40,11 +40,7 @@ class Evaluation:
     Without names it is one with the variables of the contract. Of one with names, units and habits of its own the points
     of a data set without time are each evaluated from the start state where the FMU can save it, and where outputs
     follow inputs only after a step, it is given a short one.
-
-    Raises
-    ------
-    InputError
-        Variables that do not fit, no co-simulation, or no contact point.
+    Raises InputError: variables that do not fit, no co-simulation, or no contact point.
     """
 
     def __init__(self, path: Path, names: FrictionNames | None = None, folder: Path | None = None) -> None:
@@ -196,10 +192,7 @@ class Elsewhere:
     def values(self, *arguments: Any) -> FloatArray:
         """Return what `Evaluation.values` returns there.
 
-        Raises
-        ------
-        FmuError
-            The FMU refuses a value, or ends its process.
+        Raises FmuError: the FMU refuses a value, or ends its process.
         """
         if self._apart is None:
             self._apart = Apart(Evaluation, *self._arguments, errors=(FmuError,))

@@ -36,23 +36,6 @@ _FRICTION = (*((q, "input") for q in LOADS), (MU, "output"))
 class FmuDescription:
     """What `modelDescription.xml` says.
 
-    Attributes
-    ----------
-    path : Path
-        The archive.
-    raw : object
-        fmpy's model description.
-    variables : dict of str to Variable
-        By full name, ``v_rel[3]`` included.
-    arrays : dict of str to list of Variable
-        Elements of each structured name in index order; a scalar is an array of one.
-    capabilities : mapping of str to str
-        Attributes of the element ``CoSimulation``; fmpy leaves out some of them, and the bounds.
-    bounds : mapping of str to (str, str)
-        Attributes ``min`` and ``max`` of the structural parameters, empty where they are missing.
-    sizes : mapping of str to int
-        Values chosen for structural parameters (FMI 3.0).
-
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
@@ -68,21 +51,22 @@ class FmuDescription:
     friction_models.common.errors.InputError: law.fmu: unknown variable 'sigma'; allowed: T, clamp_to_domain, domain_distance, in_domain, mu, psi, sd, sigma_n, v_rel; did you mean 'sigma_n'?
     """
 
-    path: Path
-    raw: Any
-    variables: dict[str, Variable]
+    path: Path  #: The archive.
+    raw: Any  #: fmpy's model description.
+    variables: dict[str, Variable]  #: By full name, ``v_rel[3]`` included.
+    #: Elements of each structured name in index order; a scalar is an array of one.
     arrays: dict[str, list[Variable]]
+    #: Attributes of the element ``CoSimulation``; fmpy leaves out some of them, and the bounds.
     capabilities: Mapping[str, str]
+    #: Attributes ``min`` and ``max`` of the structural parameters, empty where they are missing.
     bounds: Mapping[str, tuple[str, str]]
+    #: Values chosen for structural parameters (FMI 3.0).
     sizes: Mapping[str, int] = field(default_factory=dict)
 
     def resolve(self, name: str, kind: str = "variable", causality: str | None = None) -> list[Variable]:
         """Return the elements behind a scalar, indexed or structured name.
 
-        Raises
-        ------
-        InputError
-            No such variable; the message holds the nearest one.
+        Raises InputError: no such variable; the message holds the nearest one.
         """
         if name in self.arrays:
             return self.arrays[name]
@@ -98,10 +82,7 @@ class FmuDescription:
     def sized(self, sizes: Mapping[str, int]) -> Self:
         """Return the description with other values of structural parameters.
 
-        Raises
-        ------
-        InputError
-            No such structural parameter, or a value outside its limits.
+        Raises InputError: no such structural parameter, or a value outside its limits.
         """
         known = self.structure
         for name, value in sizes.items():
@@ -175,10 +156,7 @@ class FmuDescription:
     def contact_points(self) -> int:
         """Return for how many points a friction FMU is, whose variables are checked.
 
-        Raises
-        ------
-        InputError
-            A variable is missing, is not an input or output, has another type, unit or number of points.
+        Raises InputError: a variable is missing, is not an input or output, has another type, unit or number of points.
         """
         count = len(self.arrays.get("v_rel", ()))
         for quantity, wanted in _FRICTION:
@@ -226,11 +204,6 @@ class FmuDescription:
 class UnpackedFmu(FmuDescription):
     """A described FMU whose files are in a folder.
 
-    Attributes
-    ----------
-    folder : Path
-        A temporary one, from `of`, lives as long as this object.
-
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
@@ -242,17 +215,14 @@ class UnpackedFmu(FmuDescription):
     (2, 'MPa', ['mu[1]', 'mu[2]'])
     """
 
-    folder: Path = Path()
+    folder: Path = Path()  #: A temporary one, from `of`, lives as long as this object.
     _temporary: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, path: str | os.PathLike[str], folder: Path | None = None) -> UnpackedFmu:
         """Unpack an FMU of any interface, or take the `folder` where somebody else has unpacked it.
 
-        Raises
-        ------
-        InputError
-            What `describe` refuses, but for an FMU without co-simulation.
+        Raises InputError: what `describe` refuses, but for an FMU without co-simulation.
         """
         found = _described(Path(path))
         if folder is not None:
@@ -270,11 +240,8 @@ class UnpackedFmu(FmuDescription):
 def read_model(path: Path) -> tuple[etree._Element, Any]:
     """Read modelDescription.xml of an FMU that nobody has looked at yet; return its root and fmpy's model description.
 
-    Raises
-    ------
-    InputError
-        No such file, not an archive, a hostile or damaged archive, neither FMI 2.0 nor 3.0, neither co-simulation
-        nor model exchange, a description that fmpy cannot use.
+    Raises InputError: no such file, not an archive, a hostile or damaged archive, neither FMI 2.0 nor 3.0, neither
+    co-simulation nor model exchange, a description that fmpy cannot use.
     """
     root = read_description(path)
     version = str(root.get("fmiVersion"))
@@ -308,10 +275,7 @@ def read_model(path: Path) -> tuple[etree._Element, Any]:
 def describe(path: str | os.PathLike[str]) -> FmuDescription:
     """Read the model description of a co-simulation FMU.
 
-    Raises
-    ------
-    InputError
-        What `read_model` refuses; no co-simulation; a variable whose type, shape or start value cannot be used.
+    Raises InputError: what `read_model` refuses; no co-simulation; a variable whose type, shape or start value cannot be used.
 
     Examples
     --------
@@ -350,10 +314,7 @@ def _described(file: Path) -> FmuDescription:
 def unpack(description: FmuDescription, folder: Path) -> UnpackedFmu:
     """Unpack a described FMU into `folder`; nothing is written outside it.
 
-    Raises
-    ------
-    InputError
-        A damaged or hostile archive, or no binary for this platform.
+    Raises InputError: a damaged or hostile archive, or no binary for this platform.
     """
     from fmpy import platform, platform_tuple
 

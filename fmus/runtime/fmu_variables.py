@@ -39,47 +39,22 @@ _TYPES3 = {
 
 @dataclass(frozen=True)
 class Variable:
-    """One scalar variable of an FMU, or one element of an array, as far as a master needs it.
+    """One scalar variable of an FMU, or one element of an array, as far as a master needs it."""
 
-    Attributes
-    ----------
-    name : str
-        Full name, ``v_rel[3]`` for an element.
-    reference : int
-        Value reference; the elements of an FMI 3.0 array share it.
-    type : str
-        ``Real``, ``Integer``, ``Enumeration``, ``Boolean``, ``String``, or what else FMI 3.0 calls it.
-    exchange : str
-        What get and set functions call the type: ``fmi2Real``, ``fmi3Float64``.
-    element : int
-        Place in the array.
-    starts : tuple of float
-        Start values of the whole array; zeros where the FMU gives none.
-    point : int
-        The contact point whose instance holds it, where an FMU runs once a point.
-    base : str
-        Name of the FMI 3.0 array, or of the variable of each instance; empty where that is `name`.
-    start_text : str or None
-        The start value as the FMU declares it; None where it does not.
-
-    Examples
-    --------
-    >>> Variable("T[2]", 1, "Float64", "input", "degC", "fmi3Float64", element=1, starts=(20.0, 80.0)).starts
-    (20.0, 80.0)
-    """
-
-    name: str
-    reference: int
+    name: str  #: Full name, ``v_rel[3]`` for an element.
+    reference: int  #: Value reference; the elements of an FMI 3.0 array share it.
+    #: ``Real``, ``Integer``, ``Enumeration``, ``Boolean``, ``String``, or what else FMI 3.0 calls it.
     type: str
     causality: str
     unit: str
-    exchange: str = "fmi2Real"
-    element: int = 0
-    starts: tuple[float, ...] = (0.0,)
+    exchange: str = "fmi2Real"  #: What get and set functions call the type: ``fmi2Real``, ``fmi3Float64``.
+    element: int = 0  #: Place in the array.
+    starts: tuple[float, ...] = (0.0,)  #: Start values of the whole array; zeros where the FMU gives none.
     variability: str = ""
-    point: int = 0
+    point: int = 0  #: The contact point whose instance holds it, where an FMU runs once a point.
+    #: Name of the FMI 3.0 array, or of the variable of each instance; empty where that is `name`.
     base: str = ""
-    start_text: str | None = None
+    start_text: str | None = None  #: The start value as the FMU declares it; None where it does not.
 
     @property
     def own(self) -> str:
@@ -99,11 +74,7 @@ def expand(
 
     `sizes` are values of structural parameters that differ from their start values; `file` is for messages, `raw` fmpy's
     model description.
-
-    Raises
-    ------
-    InputError
-        A name that stands twice; more than `MAX_ELEMENTS` elements.
+    Raises InputError: a name that stands twice; more than `MAX_ELEMENTS` elements.
     """
     variables: dict[str, Variable] = {}
     indexed: dict[str, list[tuple[int, Variable]]] = {}

@@ -35,20 +35,6 @@ _KEYS = ("variable", "unit")
 class FrictionNames:
     """Variables of a friction FMU; those of the contract by default.
 
-    Attributes
-    ----------
-    loads : dict of str to [str, str]
-        By load: variable, and the unit that it expects (empty: the contract's). Loads that are not named do
-        not enter the FMU.
-    mu : str
-        The output.
-    start : dict
-        Start values of other inputs and of parameters.
-    each_point : bool
-        Whether the FMU is for one contact point, so that many points take many instances.
-    has_distance : bool
-        Whether it says by ``domain_distance`` how far a point is outside its trained domain.
-
     Examples
     --------
     >>> names = FrictionNames({"T": ("T_contact", "K"), "v_rel": ("speed", "")}, mu="f")
@@ -58,10 +44,14 @@ class FrictionNames:
     True
     """
 
+    #: By load: variable, and the unit that it expects (empty: the contract's). Loads that are not named do not enter the FMU.
     loads: Mapping[str, tuple[str, str]] = field(default_factory=lambda: {n: (n, "") for n in LOAD_NAMES})
-    mu: str = MU.name
+    mu: str = MU.name  #: The output.
+    #: Start values of other inputs and of parameters.
     start: Mapping[str, StartValue] = field(default_factory=dict)
+    #: Whether the FMU is for one contact point, so that many points take many instances.
     each_point: bool = False
+    #: Whether it says by ``domain_distance`` how far a point is outside its trained domain.
     has_distance: bool = True
 
     @classmethod
@@ -83,17 +73,14 @@ class FrictionNames:
     def of(cls, description: FmuDescription, entry: Entry) -> FrictionNames:
         """Resolve an entry of a file of names against an FMU.
 
+        Raises InputError: unknown keys, variables or units; a variable that is no input or output; another input whose start
+        value in the FMU is not finite. One without a start value starts at 0.
+
         Parameters
         ----------
         entry : mapping
             By load and for ``mu`` a variable, or ``{variable: ..., unit: ...}``; ``set``: values of other
             inputs and parameters. A load without an entry takes the variable of its own name, if there is one.
-
-        Raises
-        ------
-        InputError
-            Unknown keys, variables or units; a variable that is no input or output; another input whose start value
-            in the FMU is not finite. One without a start value starts at 0.
         """
         where = str(description.path)
         for key in entry:
@@ -140,10 +127,7 @@ class FrictionNames:
 def read_names(path: Path) -> dict[str, Entry]:
     """Read a file of names: a mapping from each FMU (as it is called on the command line, or its file name) to its entry.
 
-    Raises
-    ------
-    InputError
-        No such file, too large, not YAML, or not a mapping of mappings.
+    Raises InputError: no such file, too large, not YAML, or not a mapping of mappings.
 
     Examples
     --------
@@ -173,10 +157,7 @@ def read_names(path: Path) -> dict[str, Entry]:
 def entries_by_model(models: Sequence[str], names: Path) -> dict[str, Entry]:
     """Return the entries of a file of names by the models of a command line.
 
-    Raises
-    ------
-    InputError
-        What `read_names` refuses, an entry for no FMU among the models or for several, two for one.
+    Raises InputError: what `read_names` refuses, an entry for no FMU among the models or for several, two for one.
 
     Examples
     --------

@@ -45,12 +45,8 @@ class AnyInstance(Protocol):
     def step(self, inputs: Port, outputs: Port, now: float, size: float) -> None:
         """Write the inputs, advance from `now` by `size` seconds, read the outputs.
 
-        Raises
-        ------
-        SimulationError
-            The FMU refused a call.
-        SimulationEnded
-            It ended the simulation before the step was complete. With a complete step `ended` is set.
+        Raises SimulationError: the FMU refused a call; SimulationEnded: it ended the simulation before the step was complete.
+        With a complete step `ended` is set.
         """
 
     def write(self, inputs: Port, now: float = 0.0) -> None:
@@ -207,23 +203,10 @@ class LoadedFmu:
 
 
 class Instance(LoadedFmu):
-    """An FMU that runs in a system.
+    """An FMU that runs in a system as the component `name`; it makes `parts` steps in each communication step.
 
-    Parameters
-    ----------
-    name : str
-        Name of the component.
-    fmu : UnpackedFmu
-        From `unpack`.
-    log : list of str, optional
-        Receives what the FMU logs.
-    parts : int
-        Steps that the FMU makes in each communication step.
-
-    Raises
-    ------
-    InputError
-        The binary cannot be loaded, or creates no instance (a wrong GUID, for example).
+    `fmu` comes from `unpack`; `log` receives what the FMU logs.
+    Raises InputError: the binary cannot be loaded, or creates no instance (a wrong GUID, for example).
     """
 
     def __init__(self, name: str, fmu: UnpackedFmu, log: list[str] | None = None, parts: int = 1) -> None:

@@ -17,36 +17,21 @@ GRACE = 2.0
 
 
 class Interrupts:
-    """Notes Ctrl-C inside a ``with`` block; a second one is raised at once, as it would be without the block.
-
-    Attributes
-    ----------
-    asked : bool
-        Whether there was one.
-    """
+    """Notes Ctrl-C inside a ``with`` block; a second one is raised at once, as it would be without the block."""
 
     def __init__(self) -> None:
+        #: Whether there was one.
         self.asked = False
         self._since = 0.0
         self._before: Any = None
 
     def check(self) -> None:
-        """Raise the interrupt that was noted.
-
-        Raises
-        ------
-        KeyboardInterrupt
-        """
+        """Raise the interrupt that was noted, as `KeyboardInterrupt`."""
         if self.asked:
             raise KeyboardInterrupt
 
     def check_waiting(self) -> None:
-        """Raise the interrupt when it was noted `GRACE` ago: the step in hand may never end.
-
-        Raises
-        ------
-        KeyboardInterrupt
-        """
+        """Raise the interrupt when it was noted `GRACE` ago: the step in hand may never end."""
         if self.asked and time.monotonic() - self._since > GRACE:
             raise KeyboardInterrupt
 

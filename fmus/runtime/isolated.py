@@ -28,13 +28,7 @@ class IsolatedInstance(AnyInstance):
 
     A step is one message to and fro, whole vectors in it. `waiting` is called every now and then during a call; what it
     raises ends the process.
-
-    Raises
-    ------
-    InputError
-        The binary cannot be loaded, or creates no instance.
-    SimulationError
-        It ends its process.
+    Raises InputError: the binary cannot be loaded, or creates no instance; SimulationError: it ends its process.
     """
 
     seconds = 0.0

@@ -20,14 +20,7 @@ _PYTHON = re.compile(r"(?:PyObject_CallMethod\s+|^)\w+\((['\"])(?P<said>.*)\1\)$
 
 
 class Messages:
-    """The messages of one instance.
-
-    Parameters
-    ----------
-    name : str
-        Name of the instance, in front of each line.
-    log : list of str
-        Receives the lines, up to `MAX_MESSAGES`.
+    """The messages of the instance `name`; `log` receives the lines, the name in front, up to `MAX_MESSAGES`.
 
     Examples
     --------

@@ -69,15 +69,11 @@ class Group:
 
 
 class Port:
-    """A set of variables of one FMU, read or written in one call a type.
+    """A set of numeric variables of one FMU, read or written in one call a type.
 
-    Parameters
-    ----------
-    variables : iterable of Variable
-        Numeric variables; `values` holds them as float64 in this order, at first with their start values.
-        Of an FMI 3.0 array the elements that are not in the port keep what was read last.
-    values : ndarray, shape (variables,), optional
-        Where the values shall be, contiguous float64; what is there is kept.
+    `values` holds them as float64 in their order, at first with their start values; where an array is given, contiguous
+    float64 of shape (variables,), they are there, and what is in it is kept. Of an FMI 3.0 array the elements that are not
+    in the port keep what was read last.
 
     Examples
     --------

@@ -89,10 +89,7 @@ class Apart:
     def call(self, method: str, *arguments: Any) -> Any:
         """Call a method of the object; it may return nothing, an array of float64, or what JSON holds.
 
-        Raises
-        ------
-        Died
-            The process is gone.
+        Raises Died: the process is gone.
         """
         if self._end:
             raise Died(self._end)

@@ -61,15 +61,6 @@ class Solver(ABC):
 
     Two hosts drive it: the PythonFMU slave in the simulator's interpreter, and `fmus.slaves.server` in a
     process of its own. A solver sets `process`, an object with `snapshot` and `restore`.
-
-    Attributes
-    ----------
-    values : numpy.ndarray
-        All Real variables.
-    flags : numpy.ndarray of bool
-        Boolean outputs.
-    started : numpy.ndarray
-        Inputs and parameters with which the process was started.
     """
 
     process: Any = None
@@ -82,8 +73,10 @@ class Solver(ABC):
         self.first_input = config["first_input"]
         self.first_parameter = config["first_parameter"]
         self.further = config.get("further", 0)
+        #: All Real variables, and the Boolean outputs.
         self.values: FloatArray = np.array(config["start"], dtype=np.float64)
         self.flags = np.zeros(config["flags"], dtype=bool)
+        #: Inputs and parameters with which the process was started.
         self.started: FloatArray = np.empty(0)
 
     @abstractmethod
@@ -154,10 +147,7 @@ class Solver(ABC):
     def from_bytes(self, content: bytes) -> tuple[Saved, list[Any]]:
         """Return the state and what the host had to remember; the solver stays as it is.
 
-        Raises
-        ------
-        InputError
-            Not a state of this FMU and this version of tribofmu, or a damaged one.
+        Raises InputError: not a state of this FMU and this version of tribofmu, or a damaged one.
         """
         found = from_bytes(content, self.identity(), self.snapshot_classes)
         if not isinstance(found, list) or len(found) != 5:

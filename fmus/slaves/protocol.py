@@ -55,10 +55,7 @@ class Channel:
     def read(self) -> bytes | None:
         """Return the next message; None when the other side has gone.
 
-        Raises
-        ------
-        ValueError
-            A length that no message has.
+        Raises ValueError: a length that no message has.
         """
         head = self._exactly(4)
         if head is None:
@@ -71,10 +68,7 @@ class Channel:
     def write(self, status: int, content: bytes = b"") -> None:
         """Send a reply.
 
-        Raises
-        ------
-        OSError
-            The other side has gone.
+        Raises OSError: the other side has gone.
         """
         rest = memoryview(struct.pack("<IB", len(content) + 1, status) + content)
         while rest:

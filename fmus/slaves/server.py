@@ -164,13 +164,7 @@ def _numbers(content: bytes, count: int) -> FloatArray:
 
 
 def main(connection: str) -> None:
-    """Serve one front.
-
-    Parameters
-    ----------
-    connection : str
-        ``fd:3``, the number of a descriptor, or ``handle:123``, the number of a Windows handle.
-    """
+    """Serve one front; `connection` is ``fd:3``, the number of a descriptor, or ``handle:123``, that of a Windows handle."""
     kind, _, number = connection.partition(":")
     descriptor = _from_handle(int(number)) if kind == "handle" else int(number)
     os.set_inheritable(descriptor, False)

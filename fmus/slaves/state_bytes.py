@@ -28,11 +28,7 @@ def to_bytes(thing: Any, identity: str, classes: Sequence[type]) -> bytes:
     """Return `thing` as bytes: None, bool, int, float, str, lists, tuples, arrays and objects of `classes`.
 
     `identity` is what the reader must know to be the right one.
-
-    Raises
-    ------
-    TypeError
-        Something of another type in it.
+    Raises TypeError: something of another type in it.
     """
     writer = _Writer(classes)
     tree = writer.node(thing)
@@ -45,10 +41,7 @@ def to_bytes(thing: Any, identity: str, classes: Sequence[type]) -> bytes:
 def from_bytes(content: bytes, identity: str, classes: Sequence[type]) -> Any:
     """Return what `to_bytes` was given.
 
-    Raises
-    ------
-    InputError
-        Not such bytes, damaged ones, or ones with another identity.
+    Raises InputError: not such bytes, damaged ones, or ones with another identity.
     """
     start = len(MARK) + 8
     if not content.startswith(MARK) or len(content) < start + _SUM:

@@ -14,19 +14,9 @@ _TAKEN = ("verdict", "sentence", "effects", "confusion_set", "confidence", "mode
 
 
 def with_diagnosis(source: FrictionSource, path: str | os.PathLike[str]) -> FrictionSource:
-    """Return the model with the verdict of a diagnosis in its card.
+    """Return the model with the verdict of a diagnosis, which ``diagnose --json`` wrote to `path`, in its card.
 
-    Parameters
-    ----------
-    source : FrictionSource
-        The model.
-    path : path-like
-        What ``diagnose --json`` wrote.
-
-    Raises
-    ------
-    InputError
-        No such file, or no diagnosis.
+    Raises InputError: no such file, or no diagnosis.
     """
     from friction_models.discovery.answer.changes import read_diagnosis
 

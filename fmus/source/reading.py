@@ -15,22 +15,12 @@ from ..interface.friction_source import MAX_ONNX_BYTES, FrictionSource, parse_so
 def read_source(
     model: object, spec: str | os.PathLike[str] | None = None, target: str = "native"
 ) -> FrictionSource:
-    """Take a model object, a saved folder or an ONNX file, ours or a user's own.
+    """Take a model object, a card (``card:NAME``), a saved folder or an ONNX file, ours or a user's own.
 
-    Parameters
-    ----------
-    model : FrictionModel, path-like, FrictionSource
-        A model, a card (``card:NAME``), a folder it was saved to, or an ONNX file; a source is returned as it is.
-    spec : path-like, optional
-        YAML for a user's own ONNX file; see `fmus.user_onnx.spec.Spec`.
-    target : str
-        For ``"python"`` a user's graph that has no translation is taken as it is (`FrictionSource.foreign`).
-
-    Raises
-    ------
-    InputError
-        No such file or folder, not an ONNX file, metadata or a YAML that cannot be used, a graph that
-        has no translation.
+    A `FrictionSource` is returned as it is. `spec` is the YAML for a user's own ONNX file (`fmus.user_onnx.spec.Spec`). For
+    the target ``python`` a user's graph that has no translation is taken as it is (`FrictionSource.foreign`).
+    Raises InputError: no such file or folder, not an ONNX file, metadata or a YAML that cannot be used, a graph that has no
+    translation.
 
     Examples
     --------

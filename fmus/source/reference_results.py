@@ -46,11 +46,7 @@ def reference_files(source: FrictionSource, interface: FrictionInterface, fmi: s
 
     Empty for an FMI 3.0 FMU with more than `MAX_POINTS` points by default, and where a result is
     not a finite number. Values have `DIGITS` significant digits.
-
-    Raises
-    ------
-    InputError
-        See `tried`.
+    Raises InputError: see `tried`.
     """
     points = min(interface.nodes, MAX_POINTS)
     if fmi == "3.0" and interface.nodes > MAX_POINTS:
@@ -92,10 +88,7 @@ def reference_files(source: FrictionSource, interface: FrictionInterface, fmi: s
 def tried(source: FrictionSource, interface: FrictionInterface, loads: FloatArray) -> dict[str, FloatArray]:
     """Return the values of `reference_run`.
 
-    Raises
-    ------
-    InputError
-        ONNX Runtime refuses the graph, or mu is nowhere a finite number.
+    Raises InputError: ONNX Runtime refuses the graph, or mu is nowhere a finite number.
     """
     try:
         results = reference_run(source, interface, loads)
@@ -133,10 +126,8 @@ def reference_run(
 ) -> dict[str, FloatArray]:
     """Play loads of shape (rows, points, 5), `step` seconds apart, through ONNX Runtime with the rules of the FMU.
 
-    Returns
-    -------
-    dict of str to ndarray
-        `mu` (its bounds, where the FMU has them), `domain_distance` and the states of shape (rows, points), `in_domain` of shape (rows, 1).
+    Return `mu` (its bounds, where the FMU has them), `domain_distance` and the states of shape (rows, points), `in_domain` of
+    shape (rows, 1).
 
     Examples
     --------

@@ -29,10 +29,7 @@ _ERRORS = ("rmse", "mae", "bias", "tests", "points")
 def traceability_files(source: FrictionSource) -> dict[str, bytes]:
     """Return the metadata by their path in the archive; empty for a model without a card.
 
-    Raises
-    ------
-    InputError
-        ``SOURCE_DATE_EPOCH`` is no number of seconds.
+    Raises InputError: ``SOURCE_DATE_EPOCH`` is no number of seconds.
 
     Examples
     --------
@@ -51,10 +48,7 @@ def traceability_files(source: FrictionSource) -> dict[str, bytes]:
 def about(name: str, author: str) -> dict[str, str]:
     """Return the attributes that every file of metadata begins with.
 
-    Raises
-    ------
-    InputError
-        ``SOURCE_DATE_EPOCH`` is no number of seconds.
+    Raises InputError: ``SOURCE_DATE_EPOCH`` is no number of seconds.
 
     Examples
     --------

@@ -23,16 +23,8 @@ _MAX_NOTES = 1_000_000
 def read_ssp(path: str | os.PathLike[str]) -> Structure:
     """Read the structure of an SSP archive of one level.
 
-    Parameters
-    ----------
-    path : path-like
-        The archive.
-
-    Raises
-    ------
-    InputError
-        No such file, a hostile or damaged archive, no or unusual `SystemStructure.ssd`; nested systems,
-        transformations and mappings, which would change the numbers if they were passed over.
+    Raises InputError: no such file, a hostile or damaged archive, no or unusual `SystemStructure.ssd`; nested systems,
+    transformations and mappings, which would change the numbers if they were passed over.
 
     Examples
     --------

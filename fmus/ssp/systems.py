@@ -26,82 +26,35 @@ Value = bool | int | float | str
 
 @dataclass(frozen=True)
 class Connector:
-    """A variable of a component, or of the whole system, that connections or values refer to.
+    """A variable of a component, or of the whole system, that connections or values refer to."""
 
-    Attributes
-    ----------
-    name : str
-        Of the FMU's variable, ``v_rel[3]`` included.
-    kind : {"input", "output", "parameter"}
-    type : str
-        One of `TYPES`.
-    unit : str
-        Empty without one.
-
-    Examples
-    --------
-    >>> Connector("T", "input", unit="degC").type
-    'Real'
-    """
-
-    name: str
-    kind: str
-    type: str = "Real"
-    unit: str = ""
+    name: str  #: Of the FMU's variable, ``v_rel[3]`` included.
+    kind: str  #: ``input``, ``output`` or ``parameter``.
+    type: str = "Real"  #: One of `TYPES`.
+    unit: str = ""  #: Empty without one.
 
 
 @dataclass
 class Component:
-    """An FMU of the system.
-
-    Attributes
-    ----------
-    source : str
-        Path in the archive, ``resources/friction.fmu``; components may share it.
-    start : dict of str to value
-        Start values by variable.
-
-    Examples
-    --------
-    >>> Component("friction", "resources/friction.fmu", [Connector("T", "input")], start={"T": 80.0}).start
-    {'T': 80.0}
-    """
+    """An FMU of the system."""
 
     name: str
-    source: str
+    source: str  #: Path in the archive, ``resources/friction.fmu``; components may share it.
     connectors: list[Connector] = field(default_factory=list)
-    start: dict[str, Value] = field(default_factory=dict)
+    start: dict[str, Value] = field(default_factory=dict)  #: Start values by variable.
 
 
 @dataclass
 class Structure:
-    """What `SystemStructure.ssd` says.
-
-    Attributes
-    ----------
-    connections : list of tuple
-        Start component, start variable, end component, end variable; "" as component is the system itself.
-    connectors : list of Connector
-        Of the system.
-    start : dict of str to value
-        Start values of the system, by the name of its connector or by ``component.variable``.
-    stop, step : float or None
-        End of the default experiment and communication step [s].
-    notes : dict
-        What this project keeps beside it; plain JSON.
-
-    Examples
-    --------
-    >>> system = Structure("law", [Component("friction", "resources/friction.fmu")], stop=1.0)
-    >>> [c.source for c in system.components], system.connections
-    (['resources/friction.fmu'], [])
-    """
+    """What `SystemStructure.ssd` says."""
 
     name: str
     components: list[Component] = field(default_factory=list)
+    #: Start component, start variable, end component, end variable; "" as component is the system itself.
     connections: list[tuple[str, str, str, str]] = field(default_factory=list)
-    connectors: list[Connector] = field(default_factory=list)
+    connectors: list[Connector] = field(default_factory=list)  #: Of the system.
+    #: Start values of the system, by the name of its connector or by ``component.variable``.
     start: dict[str, Value] = field(default_factory=dict)
-    stop: float | None = None
-    step: float | None = None
-    notes: dict[str, object] = field(default_factory=dict)
+    stop: float | None = None  #: End of the default experiment [s].
+    step: float | None = None  #: Communication step [s].
+    notes: dict[str, object] = field(default_factory=dict)  #: What this project keeps beside it; plain JSON.

@@ -28,19 +28,9 @@ _UP = "../../"
 def traceability_files(
     structure: Structure, files: Mapping[str, bytes], descriptions: Mapping[str, etree._Element]
 ) -> dict[str, bytes]:
-    """Return the metadata by their path in the archive.
+    """Return the metadata by their path in the archive, whose other files and model descriptions are given by theirs.
 
-    Parameters
-    ----------
-    files : mapping of str to bytes
-        The other files of the archive by their path.
-    descriptions : mapping of str to element
-        The model descriptions of its FMUs.
-
-    Raises
-    ------
-    InputError
-        ``SOURCE_DATE_EPOCH`` is no number of seconds.
+    Raises InputError: ``SOURCE_DATE_EPOCH`` is no number of seconds.
     """
     provenance = structure.notes.get("provenance")
     author = str(provenance.get("author") or "") if isinstance(provenance, Mapping) else ""

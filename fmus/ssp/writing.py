@@ -38,19 +38,8 @@ def write_ssp(
 ) -> Path:
     """Write an SSP 1.0 archive, with metadata of where it comes from. Equal content gives equal bytes.
 
-    Parameters
-    ----------
-    path : path-like
-        The archive (``.ssp``).
-    structure : Structure
-        The system.
-    resources : mapping of str to path-like
-        FMU files by their path in the archive.
-
-    Raises
-    ------
-    InputError
-        Another suffix, a component without a resource, or an FMU that cannot be read.
+    `resources` are FMU files by their path in the archive.
+    Raises InputError: another suffix, a component without a resource, or an FMU that cannot be read.
 
     Examples
     --------

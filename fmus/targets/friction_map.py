@@ -54,6 +54,7 @@ def friction_map(
     """Return a friction model that interpolates mu linearly on a grid of one to three loads.
 
     Beyond its outer sampling points the map keeps their values.
+    Raises InputError: what `tabulate` refuses; more than three axes; a load without a range.
 
     Parameters
     ----------
@@ -70,11 +71,6 @@ def friction_map(
     -------
     FrictionSource
         The map; its `note` says how far it is from the model at points of the trained domain.
-
-    Raises
-    ------
-    InputError
-        What `tabulate` refuses; more than three axes; a load without a range.
 
     Examples
     --------

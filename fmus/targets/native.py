@@ -142,11 +142,7 @@ def native_files(
 
     They are description, sources, binaries, ONNX model, icon, terminals, licence and reference results; `platforms` as of
     `native.compile.build`, `name` as of `friction_description`.
-
-    Raises
-    ------
-    InputError
-        An operator that is not translated, an unknown platform, no compiler.
+    Raises InputError: an operator that is not translated, an unknown platform, no compiler.
     """
     from ..native.compile import build, fmi_headers
     from ..native.generate import generate

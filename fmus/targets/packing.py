@@ -179,10 +179,7 @@ def _read(
 def as_map(source: FrictionSource, **options: Any) -> FrictionSource:
     """Return a friction map, a map as it is; the options are those of `fmus.targets.friction_map.friction_map`.
 
-    Raises
-    ------
-    InputError
-        An unknown option, or what cannot become a map.
+    Raises InputError: an unknown option, or what cannot become a map.
     """
     if map_axes(source.system) and not options:
         return source

@@ -31,11 +31,7 @@ def process_fmu_files(
     The GUID of the description is filled with a hash of the content. `solver` is a name that `fmus.slaves.server` knows,
     `python` the interpreter that the FMU starts when TRIBOFMU_PYTHON is not set; ``python3`` or ``python`` on PATH by
     default, which keeps the FMU free of this machine's folders.
-
-    Raises
-    ------
-    InputError
-        `python` is not one line; unknown platform; no compiler.
+    Raises InputError: `python` is not one line; unknown platform; no compiler.
     """
     from ..native.compile import build, fmi_headers
 

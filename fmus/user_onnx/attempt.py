@@ -27,10 +27,7 @@ MEMORY_LIMIT = 2 * 1024**3
 def try_original(content: bytes, signature: Signature, points: Array, where: str) -> None:
     """Run the original graph at `points`, shape (n, 5), in a process of its own.
 
-    Raises
-    ------
-    InputError
-        It cannot be run, does not end, takes too much memory, or gives no numbers.
+    Raises InputError: it cannot be run, does not end, takes too much memory, or gives no numbers.
     """
     with tempfile.TemporaryDirectory(prefix="tribofmu-") as name:
         folder = Path(name)

@@ -17,11 +17,7 @@ def self_contained(content: bytes, path: Path, limit: int) -> bytes:
     Only an ordinary file in the same folder whose name begins with that of the ONNX file is read, and no
     more than `limit` bytes: what the ONNX file says about the place is not trusted. A file without such
     weights, or one that cannot be parsed, is returned as it is.
-
-    Raises
-    ------
-    InputError
-        Weights elsewhere, a missing or too large file, a part outside of it.
+    Raises InputError: weights elsewhere, a missing or too large file, a part outside of it.
     """
     import onnx
 

@@ -21,12 +21,8 @@ from .signature import Feed, Signature
 def lower(graph: ForeignGraph, signature: Signature) -> bytes:
     """Return the serialized canonical graph; the same file always gives the same bytes.
 
-    Raises
-    ------
-    NotTranslated
-        An operator or a use of it that has no translation; the message lists what has one.
-    InputError
-        The graph is damaged, or mu is not one number a point.
+    Raises NotTranslated: an operator or a use of it that has no translation; the message lists what has one; InputError: the
+    graph is damaged, or mu is not one number a point.
     """
     check_operators(graph)
     builder = GraphBuilder("friction")

@@ -74,10 +74,7 @@ def session(content: bytes, where: str) -> Any:
 def original_mu(running: Any, signature: Signature, points: Array, where: str) -> Array:
     """Return what the original graph gives, shape (n,), scaled but not clipped.
 
-    Raises
-    ------
-    InputError
-        The graph cannot be run, or gives other than one number a point.
+    Raises InputError: the graph cannot be run, or gives other than one number a point.
     """
     from friction_models.expressions.parameters import first_line
 
@@ -150,10 +147,7 @@ def compare(
 ) -> Agreement:
     """Run both graphs at random points.
 
-    Raises
-    ------
-    InputError
-        They differ by more than rounding, the original mixes points, or neither gives numbers.
+    Raises InputError: they differ by more than rounding, the original mixes points, or neither gives numbers.
     """
     points = sample(domain)
     running, runner = _runner(original, where)

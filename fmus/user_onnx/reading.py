@@ -53,10 +53,7 @@ class ForeignGraph:
 def parse(content: bytes, where: str) -> onnx.ModelProto:
     """Return the message of an ONNX file, refused where it is damaged, incomplete or runs without end.
 
-    Raises
-    ------
-    InputError
-        Not ONNX, weights in other files, functions of its own, subgraphs, too many nodes.
+    Raises InputError: not ONNX, weights in other files, functions of its own, subgraphs, too many nodes.
     """
     import onnx
 
@@ -131,10 +128,7 @@ def _tensors(graph: onnx.GraphProto, where: str) -> list[onnx.TensorProto]:
 def array_of(tensor: onnx.TensorProto, where: str) -> tuple[Array, str]:
     """Return a constant as float64, int64 or bool with its kind.
 
-    Raises
-    ------
-    InputError
-        A type that is no number, dimensions that do not fit the data, too many elements, or NaN.
+    Raises InputError: a type that is no number, dimensions that do not fit the data, too many elements, or NaN.
     """
     from onnx import numpy_helper
 
@@ -169,11 +163,8 @@ def array_of(tensor: onnx.TensorProto, where: str) -> tuple[Array, str]:
 def read_graph(model: onnx.ModelProto, wanted: str, where: str) -> ForeignGraph:
     """Return the part of the graph that `wanted`, one of its outputs, depends on.
 
-    Raises
-    ------
-    InputError
-        A name that is computed twice or never, nodes that need each other, operators of a set that is
-        too old or unknown, constants that cannot be used.
+    Raises InputError: a name that is computed twice or never, nodes that need each other, operators of a set that is too old or
+    unknown, constants that cannot be used.
     """
     import onnx
 

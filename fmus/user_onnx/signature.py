@@ -23,19 +23,6 @@ Array = npt.NDArray[Any]
 class Feed:
     """One input of the graph at one point: the loads that fill its columns.
 
-    Attributes
-    ----------
-    name, kind : str
-        As in the graph; kind ``float32``, ``float64`` or ``int64``.
-    shape : tuple of int
-        Dimensions at one contact point, for example ``(1, 5)``.
-    batch : bool
-        Whether the first dimension is free, so that n points are one call.
-    loads : tuple of int
-        Index in the contract of the load in each column.
-    factor, offset : tuple of float
-        The graph sees ``factor * load + offset``, by column.
-
     Examples
     --------
     Temperature goes in as kelvin:
@@ -45,12 +32,12 @@ class Feed:
     array([[353.15, 600.  ]])
     """
 
-    name: str
-    kind: str
-    shape: tuple[int, ...]
-    batch: bool
-    loads: tuple[int, ...]
-    factor: tuple[float, ...]
+    name: str  #: As in the graph.
+    kind: str  #: ``float32``, ``float64`` or ``int64``.
+    shape: tuple[int, ...]  #: Dimensions at one contact point, for example ``(1, 5)``.
+    batch: bool  #: Whether the first dimension is free, so that n points are one call.
+    loads: tuple[int, ...]  #: Index in the contract of the load in each column.
+    factor: tuple[float, ...]  #: By column: the graph sees ``factor * load + offset``.
     offset: tuple[float, ...]
 
     def fill(self, points: Array) -> Array:
@@ -104,10 +91,7 @@ class Signature:
 def choose_output(outputs: list[str], spec: Spec, where: str) -> str:
     """Return the output that is mu: the one named in the YAML, the only one, or the one called mu.
 
-    Raises
-    ------
-    InputError
-        No such output, or several to choose from.
+    Raises InputError: no such output, or several to choose from.
 
     Examples
     --------
@@ -133,12 +117,8 @@ def read_signature(inputs: list[ForeignInput], output: str, spec: Spec, where: s
 
     Without a YAML: inputs that are called like the loads take these, otherwise the five columns (or the
     five inputs) are the loads in the order of the contract.
-
-    Raises
-    ------
-    InputError
-        Inputs of another form, more or fewer columns than loads, a column fed twice or never, a unit
-        that does not measure its load.
+    Raises InputError: inputs of another form, more or fewer columns than loads, a column fed twice or never, a unit that does
+    not measure its load.
     """
     widths = {i.name: _width(i, len(inputs), spec, where) for i in inputs}
     # Sizes are looked at before anything of that size is made.
@@ -277,11 +257,7 @@ def domain_of(spec: Spec, where: str) -> dict[str, tuple[float, float]]:
     """Return the trained domain in the contract's units, all five loads; empty where no range is given.
 
     A load without a range is limited by physics only.
-
-    Raises
-    ------
-    InputError
-        A range outside the physical limits; both are named in the unit of the YAML.
+    Raises InputError: a range outside the physical limits; both are named in the unit of the YAML.
     """
     if all(e.range is None for e in spec.inputs.values()):
         return {}

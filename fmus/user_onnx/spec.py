@@ -20,33 +20,16 @@ Name = Annotated[str, Field(min_length=1, max_length=120)]
 
 
 class LoadEntry(BaseModel):
-    """Where one load enters the graph, and in which form.
-
-    Attributes
-    ----------
-    column : int or None
-        Column of the graph's input, from 0.
-    input : str or None
-        Name of the graph's input, where it has several.
-    unit : str or None
-        Unit that the graph sees; the contract's by default.
-    range : (float, float) or None
-        What the model was trained on, in `unit`.
-    subtract, divide : float
-        Scaling outside the graph: it sees ``(value in unit - subtract) / divide``.
-
-    Examples
-    --------
-    >>> LoadEntry(unit="K").unit
-    'K'
-    """
+    """Where one load enters the graph, and in which form."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    column: int | None = Field(default=None, ge=0, le=4)
-    input: Name | None = None
-    unit: Name | None = None
+    column: int | None = Field(default=None, ge=0, le=4)  #: Column of the graph's input, from 0.
+    input: Name | None = None  #: Name of the graph's input, where it has several.
+    unit: Name | None = None  #: Unit that the graph sees; the contract's by default.
+    #: What the model was trained on, in `unit`.
     range: tuple[Number, Number] | None = Field(default=None, strict=False)
+    #: Scaling outside the graph: it sees ``(value in unit - subtract) / divide``.
     subtract: Number = 0.0
     divide: Number = 1.0
 

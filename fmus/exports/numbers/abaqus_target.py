@@ -89,6 +89,8 @@ def abaqus_files(
 ) -> Files:
     """Return the files of an Abaqus table.
 
+    Raises InputError: as of `tabulate`; a field that is none.
+
     Parameters
     ----------
     name : str, optional
@@ -99,11 +101,6 @@ def abaqus_files(
         Units of the job, see `fmus.exports.host_units.host_units`.
     **given
         Options of `fmus.exports.numbers.table_target.tabulate`; `max_rows` is 5000 by default.
-
-    Raises
-    ------
-    InputError
-        As of `tabulate`; a field that is none.
 
     Examples
     --------

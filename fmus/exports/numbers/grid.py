@@ -20,19 +20,8 @@ _DIGITS = 9
 class Grid:
     """Grid lines of each axis, with the error of linear interpolation in each interval.
 
-    Parameters
-    ----------
-    evaluate : callable
-        Takes points of shape (n, axes), returns mu of shape (n,).
-    box : list of (lower, upper)
-        Ends of the axes; an axis of no length gets one line.
-    counts : list of int or None
-        Number of evenly spaced lines of an axis; None for one that is refined.
-
-    Attributes
-    ----------
-    full : bool
-        Whether `refine` ended at the largest allowed number of rows.
+    `evaluate` takes points of shape (n, axes) and returns mu of shape (n,). `box` holds the ends of the axes: one of no length
+    gets one line. `counts` holds the numbers of evenly spaced lines; None for an axis that is refined.
 
     Examples
     --------
@@ -58,6 +47,7 @@ class Grid:
         self.lower = np.array([x[0] for x in self.lines])
         self.upper = np.array([x[-1] for x in self.lines])
         self.rng = np.random.default_rng(30)
+        #: Whether `refine` ended at the largest allowed number of rows.
         self.full = False
         self.judged: dict[tuple[int, float, float], float] = {}
 

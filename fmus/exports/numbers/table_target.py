@@ -35,36 +35,18 @@ _MEASURED = 20_000
 
 @dataclass(frozen=True)
 class FrictionTable:
-    """mu on a grid.
+    """mu on a grid."""
 
-    Attributes
-    ----------
-    axes : dict of str to ndarray
-        Load name to grid lines, in the order of the axes of `mu`.
-    mu : ndarray
-        One axis a load.
-    fixed : dict of str to float
-        The other loads.
-    tolerance, largest, rms : float
-        Wanted largest error; measured largest and root-mean-square error of multilinear interpolation.
-    left_out : dict of str to float
-        How much mu changes at most over the trained range of each load that is held.
-    trained : dict of str to (float, float)
-        Trained range of the loads, where it is recorded.
-    full : bool
-        Whether the grid ended at the largest allowed number of rows.
-    """
-
-    axes: dict[str, FloatArray]
-    mu: FloatArray
-    fixed: dict[str, float]
-    system: dict[str, float]
-    tolerance: float
-    largest: float
-    rms: float
-    left_out: dict[str, float]
-    trained: dict[str, tuple[float, float]]
-    full: bool
+    axes: dict[str, FloatArray]  #: Load name to grid lines, in the order of the axes of `mu`.
+    mu: FloatArray  #: One axis a load.
+    fixed: dict[str, float]  #: The other loads.
+    system: dict[str, float]  #: Values of the system variables.
+    tolerance: float  #: Wanted largest error.
+    largest: float  #: Measured largest error of multilinear interpolation.
+    rms: float  #: Its root mean square.
+    left_out: dict[str, float]  #: How much mu changes at most over the trained range of each fixed load.
+    trained: dict[str, tuple[float, float]]  #: Trained range of the loads, where it is recorded.
+    full: bool  #: Whether the grid ended at the largest allowed number of rows.
 
     @property
     def met(self) -> bool:
@@ -106,6 +88,8 @@ def tabulate(
 ) -> FrictionTable:
     """Choose a grid, evaluate mu on it and measure the interpolation error.
 
+    Raises InputError: unknown names, values out of range, no trained range and no limits, or memory.
+
     Parameters
     ----------
     axes : sequence of str
@@ -124,11 +108,6 @@ def tabulate(
         Most rows of the table.
     start_memory : bool
         Tabulate a model with memory as a fresh contact point; without it such a model is refused.
-
-    Raises
-    ------
-    InputError
-        Unknown names, values out of range, no trained range and no limits, or memory.
 
     Examples
     --------

@@ -108,10 +108,7 @@ _STEP = """\
 def c_sources(source: FrictionSource, prefix: str) -> dict[str, str]:
     """Return the header and the source file.
 
-    Raises
-    ------
-    InputError
-        The graph holds something that is not translated.
+    Raises InputError: the graph holds something that is not translated.
     """
     values = c_values(source, prefix)
     rules = (Path(__file__).parents[2] / "native" / "domain.h").read_text(encoding="utf-8")

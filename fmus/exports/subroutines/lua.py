@@ -47,10 +47,7 @@ def lua_list(values: object) -> str:
 def lua_functions(source: FrictionSource) -> str:
     """Return the Lua functions ``tf_model_mu(L, S, P)`` and, with memory, ``tf_model_step(L, S, P, dt)``.
 
-    Raises
-    ------
-    InputError
-        The graph holds something that is not translated.
+    Raises InputError: the graph holds something that is not translated.
 
     Examples
     --------

@@ -68,17 +68,14 @@ def qform_files(
 ) -> Files:
     """Return the files of a QForm export.
 
+    Raises InputError: a name that is no Lua name, unknown units, or a graph that is not translated.
+
     Parameters
     ----------
     fields : mapping, optional
         Names of the fields of the contact, by ``T``, ``T_tool``, ``v_rel``, ``sigma_n``.
     units, temperature : str
         Units of these fields, as of `fmus.exports.host_units.host_units`.
-
-    Raises
-    ------
-    InputError
-        A name that is no Lua name, unknown units, or a graph that is not translated.
 
     Examples
     --------
