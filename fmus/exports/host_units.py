@@ -20,8 +20,6 @@ SYSTEMS: dict[str, tuple[str, str, str]] = {
     "english": ("in", "s", "ksi"),
 }
 TEMPERATURES = ("degC", "K", "degF")
-#: 1 ksi in MPa: pound-force over square inch, both exact by definition.
-_KSI = Unit("pressure", 1e3 * 0.45359237 * 9.80665 / 25.4**2)
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ class HostUnits:
     @property
     def pressure(self) -> float:
         """The host's unit of stress in MPa."""
-        return UNITS.get(self.names[2], _KSI).factor
+        return UNITS[self.names[2]].factor
 
     @property
     def speed(self) -> float:

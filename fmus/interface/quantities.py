@@ -288,22 +288,3 @@ def bounds(level: float | None) -> list[tuple[str, str]]:
         return []
     what = f"bound of the {100.0 * level:g} % prediction interval for mu of a new test"
     return [("mu_low", f"lower {what}"), ("mu_high", f"upper {what}")]
-
-
-def vector(variables: Sequence[str], name: str) -> list[str]:
-    """Return the scalar names that make up `name`: itself, or its elements in order of index.
-
-    Used to connect and to read structured variables; an empty list when there is no such variable.
-
-    Examples
-    --------
-    >>> vector(["mu[2]", "T", "mu[1]"], "mu"), vector(["mu[2]", "T", "mu[1]"], "T")
-    (['mu[1]', 'mu[2]'], ['T'])
-    """
-    if name in variables:
-        return [name]
-    present = set(variables)
-    elements: list[str] = []
-    while f"{name}[{len(elements) + 1}]" in present:
-        elements.append(f"{name}[{len(elements) + 1}]")
-    return elements

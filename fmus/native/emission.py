@@ -40,7 +40,7 @@ class Writer:
         self.lanes = lanes
         self.seeded = seeded
         self.lines: list[str] = []
-        self.buffers = Buffers("b")
+        self.buffers = Buffers()
         self._values: dict[int, Place] = {}
         self._seeds: dict[int, Place] = {}
         self._count = 0

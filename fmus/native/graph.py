@@ -35,7 +35,7 @@ def _read(content: bytes, where: str, states: int, system: int) -> Graph:
     held = sum(a.size for a in constants.values())
     if held > MAX_CONSTANTS:
         raise refuse(where, f"the graph holds {held} numbers, allowed: {MAX_CONSTANTS}")
-    known = {name: Tensor(name, a.shape, a) for name, a in constants.items()}
+    known = {name: Tensor(a.shape, a) for name, a in constants.items()}
     real_inputs = [i for i in graph.input if i.name not in constants]
     shapes = {
         "loads": (1, len(LOADS)),
@@ -52,14 +52,14 @@ def _read(content: bytes, where: str, states: int, system: int) -> Graph:
         dims = [d.dim_value for d in value.type.tensor_type.shape.dim]
         if role == "loads" and (len(dims) != 2 or dims[1] not in (0, len(LOADS))):
             raise InputError(f"{where}: input {value.name!r} has shape {dims}, allowed: (n, {len(LOADS)})")
-        inputs[role] = known[value.name] = Tensor(value.name, shapes[role])
+        inputs[role] = known[value.name] = Tensor(shapes[role])
     if "loads" not in inputs:
         raise InputError(f"{where}: the graph has no input 'loads' of shape (n, {len(LOADS)})")
     result = Graph(inputs, {})
     for node in graph.node:
         if node.op_type == "Constant":
             array = np.asarray(_attribute(node.attribute[0]))
-            known[node.output[0]] = Tensor(node.output[0], array.shape, array)
+            known[node.output[0]] = Tensor(array.shape, array)
             continue
         missing = next((n for n in node.input if n and n not in known), None)
         if missing is not None:
@@ -69,7 +69,7 @@ def _read(content: bytes, where: str, states: int, system: int) -> Graph:
         attributes = Attributes({a.name: _attribute(a) for a in node.attribute})
         arguments = [known[n] if n else None for n in node.input]
         shape = infer_shape(node.op_type, node.domain, attributes, arguments, where)
-        output = Tensor(node.output[0], shape)
+        output = Tensor(shape)
         if output.size > MAX_VALUES:
             name = node.name or node.op_type
             raise refuse(where, f"node {name!r} has {output.size} values a point, allowed: {MAX_VALUES}")

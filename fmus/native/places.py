@@ -54,8 +54,7 @@ def _sum(*terms: str | int) -> str:
 class Buffers:
     """Arrays of a function; one that is free again is used for the next values of its length."""
 
-    def __init__(self, prefix: str) -> None:
-        self._prefix = prefix
+    def __init__(self) -> None:
         self._lengths: dict[str, int] = {}
         self._free: list[str] = []
         self._users: dict[str, int] = {}
@@ -66,7 +65,7 @@ class Buffers:
         if fitting:
             self._free.remove(fitting[-1])
             return fitting[-1]
-        name = f"{self._prefix}{len(self._lengths)}"
+        name = f"b{len(self._lengths)}"
         self._lengths[name] = length
         return name
 

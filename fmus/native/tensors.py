@@ -21,7 +21,6 @@ MAX_VALUES = 1 << 14
 class Tensor:
     """A value of the graph, of a shape with the batch dimension 1; `constant` is None where it depends on an input."""
 
-    name: str
     shape: tuple[int, ...]
     constant: Array | None = None
 

@@ -28,9 +28,8 @@ from ..source.diagnosis import with_diagnosis
 from ..source.reading import read_source
 
 FMI_VERSIONS = ("2.0", "3.0")
-#: Targets that are FMUs; those of `fmus.exports` are folders of sources or tables.
-FMU_TARGETS = ("native", "python", "map")
-TARGETS = (*FMU_TARGETS, *EXPORT_TARGETS)
+#: The first three are FMUs; those of `fmus.exports` are folders of sources or tables.
+TARGETS = ("native", "python", "map", *EXPORT_TARGETS)
 #: Longest name of an FMU: it names files and functions.
 _MAX_NAME = 64
 

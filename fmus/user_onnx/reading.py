@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,15 +39,13 @@ class ForeignInput:
 
 @dataclass
 class ForeignGraph:
-    """What was read: inputs, outputs, constants by name (with their kind), nodes in running order."""
+    """What was read: inputs, constants by name (with their kind), nodes in running order."""
 
     where: str
     opset: int
     inputs: list[ForeignInput]
-    outputs: list[str]
     constants: dict[str, tuple[Array, str]]
     nodes: list[ForeignNode]
-    metadata: dict[str, str] = field(default_factory=dict)
 
 
 def parse(content: bytes, where: str) -> onnx.ModelProto:
@@ -189,10 +187,8 @@ def read_graph(model: onnx.ModelProto, wanted: str, where: str) -> ForeignGraph:
         where,
         opset,
         [_input(i, where) for i in graph.input if i.name not in stored],
-        [o.name for o in graph.output],
         {name: array_of(t, where) for name, t in stored.items() if name in used},
         [_node(graph.node[k], where) for k in order],
-        {p.key: p.value for p in model.metadata_props},
     )
 
 

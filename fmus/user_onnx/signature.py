@@ -49,15 +49,7 @@ class Feed:
 
 @dataclass(frozen=True)
 class Signature:
-    """Inputs, output and the scaling of mu: ``mu = multiply * value + add``.
-
-    Examples
-    --------
-    >>> feed = Feed("x", "float64", (1, 2), True, loads=(1, 2), factor=(1.0, 1.0), offset=(0.0, 0.0))
-    >>> signature = Signature((feed,), "mu", multiply=0.01)
-    >>> signature.used, signature.batch
-    ([1, 2], True)
-    """
+    """Inputs, output and the scaling of mu: ``mu = multiply * value + add``."""
 
     feeds: tuple[Feed, ...]
     output: str
@@ -68,11 +60,6 @@ class Signature:
     def batch(self) -> bool:
         """Whether many points are one call of the graph."""
         return all(f.batch for f in self.feeds)
-
-    @property
-    def used(self) -> list[int]:
-        """Indices of the loads that the graph sees."""
-        return sorted(k for f in self.feeds for k in f.loads)
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, for the Python FMU."""

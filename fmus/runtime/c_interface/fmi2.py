@@ -28,7 +28,6 @@ class _Callbacks2(Structure):
 class Fmi2Slave(Slave):
     """FMI 2.0 for co-simulation."""
 
-    version = "2.0"
     prefix = "fmi2"
 
     def instantiate(self, name: str, receive: Receiver) -> None:

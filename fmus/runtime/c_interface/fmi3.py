@@ -14,7 +14,6 @@ _LOGGER3 = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
 class Fmi3Slave(Slave):
     """FMI 3.0 for co-simulation, without event mode and early return."""
 
-    version = "3.0"
     prefix = "fmi3"
 
     def instantiate(self, name: str, receive: Receiver) -> None:

@@ -19,8 +19,6 @@ WARNING = 1
 DISCARD = 2
 FATAL = 4
 
-#: A function of the binary; what it takes and returns is declared nowhere.
-CFunction = Any
 Receiver = Callable[[int, bytes | None], None]
 
 
@@ -67,7 +65,6 @@ class Slave:
         The binary cannot be loaded or lacks a function.
     """
 
-    version: ClassVar[str]
     prefix: ClassVar[str]
 
     def __init__(self, archive: Path, raw: Any, unpacked: Path) -> None:
@@ -79,7 +76,7 @@ class Slave:
         self.reached = c_double(0.0)
         self.fatal = False
         self._component: c_void_p | None = None
-        self._functions: dict[str, CFunction] = {}
+        self._functions: dict[str, Any] = {}
         self._keep: Any = None
         try:
             self._library: Any = CDLL(str(library_in(unpacked, raw)))
