@@ -18,8 +18,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,15 +32,8 @@ from ..interface.friction_source import FrictionSource
 if TYPE_CHECKING:
     from .common import Files
 
-#: Targets around the C text, and those that a host takes as Lua or as numbers.
-C_TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna")
-OTHER_TARGETS = ("qform", "abaqus", "radioss", "calculix", "table")
-TARGETS = (*C_TARGETS, *OTHER_TARGETS)
-#: Options of the targets in C and Fortran, besides `name`.
-SUBROUTINE_OPTIONS: dict[str, tuple[str, ...]] = {
-    "deform": ("units",),
-    "lsdyna": ("units", "temperature", "thermal"),
-}
+#: What `_makers` knows; to be had without importing it.
+TARGETS = ("c", "ufric", "vfric", "deform", "lsdyna", "qform", "abaqus", "radioss", "calculix", "table")
 
 __all__ = ["TARGETS", "export"]
 
@@ -89,87 +83,51 @@ def export(source: FrictionSource, path: str | os.PathLike[str], target: str, **
     from .common import checked_options, write_folder
 
     check_folder(path, EXPORT)
-    if target in OTHER_TARGETS:
-        files_of, allowed = _other(target)
-        return write_folder(path, target, files_of(source, **checked_options(target, options, allowed)))
-    own = SUBROUTINE_OPTIONS.get(target, ())
-    return write_folder(
-        path, target, subroutine_files(source, target, **checked_options(target, options, ("name", *own)))
-    )
+    files_of, allowed = _makers()[target]
+    return write_folder(path, target, files_of(source, **checked_options(target, options, allowed)))
 
 
-def _other(target: str) -> tuple[Callable[..., Files], tuple[str, ...]]:
-    """Return what makes the files of one of `OTHER_TARGETS`, and the options it takes."""
-    if target == "qform":
-        from .subroutines.qform_target import OPTIONS as qform_options
-        from .subroutines.qform_target import qform_files
+def _makers() -> dict[str, tuple[Callable[..., Files], Sequence[str]]]:
+    """Return what makes the files of each target, and the options it takes."""
+    from .numbers import abaqus_target, fitted_target, table_target
+    from .subroutines import c_target, deform_target, lsdyna_target, qform_target, ufric_target, vfric_target
 
-        return qform_files, qform_options
-    if target == "abaqus":
-        from .numbers.abaqus_target import OPTIONS as abaqus_options
-        from .numbers.abaqus_target import abaqus_files
+    def around_c(
+        target: str, files_of: Callable[..., Files], *own: str
+    ) -> tuple[Callable[..., Files], Sequence[str]]:
+        return functools.partial(_around_c, target, files_of), ("name", *own)
 
-        return abaqus_files, abaqus_options
-    if target == "table":
-        from .numbers.table_target import OPTIONS as table_options
-        from .numbers.table_target import table_files
+    return {
+        "c": around_c("c", c_target.c_files),
+        "ufric": around_c("ufric", ufric_target.ufric_files),
+        "vfric": around_c("vfric", vfric_target.vfric_files),
+        "deform": around_c("deform", deform_target.deform_files, "units"),
+        "lsdyna": around_c("lsdyna", lsdyna_target.lsdyna_files, "units", "temperature", "thermal"),
+        "qform": (qform_target.qform_files, qform_target.OPTIONS),
+        "abaqus": (abaqus_target.abaqus_files, abaqus_target.OPTIONS),
+        "radioss": (fitted_target.radioss_files, fitted_target.OPTIONS),
+        "calculix": (fitted_target.calculix_files, (*fitted_target.OPTIONS, "slip")),
+        "table": (table_target.table_files, table_target.OPTIONS),
+    }
 
-        return table_files, table_options
-    from .numbers.fitted_target import OPTIONS as fitted_options
-    from .numbers.fitted_target import calculix_files, radioss_files
 
-    return radioss_files if target == "radioss" else calculix_files, fitted_options[target]
-
-
-def subroutine_files(
-    source: FrictionSource, target: str, name: str | None = None, **options: object
+def _around_c(
+    target: str,
+    files_of: Callable[..., Files],
+    source: FrictionSource,
+    name: str | None = None,
+    **options: object,
 ) -> Files:
-    """Return the files of an export in C, or in Fortran around it.
-
-    Raises InputError: a name that is no identifier, or a graph that is not translated.
-
-    Parameters
-    ----------
-    target : str
-        One of `C_TARGETS`.
-    name : str, optional
-        First part of the C names.
-    **options
-        Those of `SUBROUTINE_OPTIONS`.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> source = read_source(ConstantFriction(mu=0.1))
-    >>> shared = set(subroutine_files(source, "c", "law")) & set(subroutine_files(source, "vfric", "law"))
-    >>> sorted(shared)
-    ['LICENSE.txt', 'README.txt', 'card.json', 'law_friction.c', 'law_friction.h', 'model.onnx']
-    >>> sorted(set(subroutine_files(source, "ufric", "law")) - shared)
-    ['selftest.f90', 'selftest.txt', 'ufric.f']
-    >>> sorted(set(subroutine_files(source, "vfric", "law")) - shared)
-    ['selftest/selftest.f90', 'selftest/selftest.txt', 'selftest/vaba_param.inc', 'vfric.f']
-    """
+    """Return the files of an export in C, or in Fortran around it; `name` is the first part of the C names."""
     from .common import c_prefix, documents, template
-    from .subroutines.c_target import c_files, c_sources, c_values
-    from .subroutines.deform_target import deform_files
-    from .subroutines.lsdyna_target import lsdyna_files
-    from .subroutines.ufric_target import ufric_files
-    from .subroutines.vfric_target import vfric_files
+    from .subroutines.c_target import c_sources, c_values
 
     prefix = c_prefix(source, name)
     values = c_values(source, prefix)
     values["FORTRAN_MODEL"] = template("model.f", values)
-    makers: dict[str, Callable[..., Files]] = {
-        "c": c_files,
-        "ufric": ufric_files,
-        "vfric": vfric_files,
-        "deform": deform_files,
-        "lsdyna": lsdyna_files,
-    }
     return {
         **c_sources(source, prefix),
-        **makers[target](source, prefix, values, **options),
+        **files_of(source, prefix, values, **options),
         "README.txt": template(f"readme_{target}.txt", values),
         **documents(source),
     }

@@ -138,7 +138,12 @@ class Reference:
         return np.maximum(mu, 0.0)
 
     def step(self, loads: FloatArray, state: FloatArray, dt: float, system: Any = None) -> FloatArray:
-        """Return the states, shape (n, k), after `dt` seconds; a point without contact keeps its own."""
+        """Return the states, shape (n, k), after `dt` seconds; a point without contact keeps its own.
+
+        A model without memory has none (k = 0) before and after.
+        """
+        if not self.model.states:
+            return state
         points = np.clip(loads, *self.limits)
         following = self.model.step(points, state, dt, system)[1]
         return np.where(points[:, 2:3] > 0.0, following, state)
@@ -185,9 +190,8 @@ def trial(source: FrictionSource, inside: int = 24, outside: int = 8, steps: int
     stepped = np.empty(steps)
     state = reference.model.start_state(1)
     for k in range(steps):
-        if source.states:
-            state = reference.step(points[k : k + 1], state, float(dt[k]))
-        stepped[k] = reference.mu(points[k : k + 1], state if source.states else None)[0]
+        state = reference.step(points[k : k + 1], state, float(dt[k]))
+        stepped[k] = reference.mu(points[k : k + 1], state)[0]
     return Trial(
         points,
         reference.mu(points),
@@ -212,12 +216,14 @@ def licence() -> str:
     return beside.read_text(encoding="utf-8") if beside.is_file() else "MIT License, the tribofmu authors\n"
 
 
+def rows(entries: Sequence[str]) -> str:
+    """Return a list as the texts of an export show it, one entry a line."""
+    return "\n".join(f"  {e}" for e in entries) or "  none"
+
+
 def description(source: FrictionSource) -> dict[str, str]:
     """Return the texts about the model that the templates share."""
     from friction_models.models.model_card import package_version
-
-    def rows(entries: Sequence[str]) -> str:
-        return "\n".join(f"  {e}" for e in entries) or "  none"
 
     loads = []
     for q in LOADS:

@@ -31,7 +31,6 @@ from ..interface.ls_struct import VALUES, axis_name
 if TYPE_CHECKING:
     from friction_models.expressions.onnx_graph import Node
 
-OPTIONS = ("axes", "points", "limits", "fixed", "system", "tolerance", "max_rows", "start_memory")
 #: Most axes: tools for calibration show curves, maps and cuboids.
 MAX_AXES = 3
 #: Most values of a map: each is a parameter, and takes part in every evaluation.

@@ -182,7 +182,8 @@ def as_map(source: FrictionSource, **options: Any) -> FrictionSource:
     """
     if map_axes(source.system) and not options:
         return source
-    from .friction_map import OPTIONS, friction_map
+    from ..exports.numbers.table_target import OPTIONS
+    from .friction_map import friction_map
 
     return friction_map(source, **checked_options("map", options, OPTIONS))
 

@@ -12,71 +12,32 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.loads import FloatArray
+from friction_models.loads import LOAD_NAMES
 
 from ...interface.friction_source import FrictionSource
 from .. import options
-from ..common import Files, c_prefix, description, documents, template
+from ..common import Files, c_prefix, description, documents, rows, template
 from ..host_units import HostUnits, host_units
 from .deviation import deviation, held_system
-from .table_target import FrictionTable, tabulate
+from .grid import grid_points, interpolated
+from .table_target import OPTIONS as TABLE_OPTIONS
+from .table_target import FrictionTable, memory_note, tabulate
 
-OPTIONS = (
-    "name",
-    "fields",
-    "units",
-    "temperature",
-    "points",
-    "limits",
-    "fixed",
-    "system",
-    "tolerance",
-    "max_rows",
-    "start_memory",
-)
+#: The axes are not free: those of the data lines, and the fields.
+OPTIONS = ("name", "fields", "units", "temperature", *(o for o in TABLE_OPTIONS if o != "axes"))
 #: Places of the data line behind mu; the fastest first.
 _PLACES = ("v_rel", "sigma_n", "T")
 #: Loads that may be field variables.
 _FIELDS = ("sd", "psi")
 
 
-def interpolated(table: FrictionTable, loads: FloatArray) -> FloatArray:
-    """Return mu of a table at loads of shape (n, 5), the edge value outside.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> table = tabulate(read_source(ConstantFriction(mu=0.1)), axes="T", limits={"T": (20.0, 200.0)})
-    >>> interpolated(table, np.array([[1.0, 500.0, 1.0, 0.0, 1.0]])).round(12).tolist()
-    [0.1]
-    """
-    from scipy.interpolate import RegularGridInterpolator
-
-    from friction_models.loads import LOAD_NAMES
-
-    names = [n for n, x in table.axes.items() if len(x) > 1]
-    values = table.mu.reshape([len(table.axes[n]) for n in names])
-    if not names:
-        return np.full(len(loads), float(values))
-    at = np.column_stack(
-        [np.clip(loads[:, LOAD_NAMES.index(n)], table.axes[n][0], table.axes[n][-1]) for n in names]
-    )
-    return np.asarray(RegularGridInterpolator([table.axes[n] for n in names], values)(at))
-
-
 def friction_lines(table: FrictionTable, axes: tuple[str, ...], units: HostUnits) -> str:
     """Return the data lines: mu, then the loads of `axes` in the units of the job; the first load runs fastest."""
-    from friction_models.loads import LOAD_NAMES
-
-    grid = np.stack(np.meshgrid(*(table.axes[n] for n in axes[::-1]), indexing="ij"), -1).reshape(
-        -1, len(axes)
-    )
-    loads = np.ones((len(grid), len(LOAD_NAMES)))
-    loads[:, [LOAD_NAMES.index(n) for n in axes[::-1]]] = grid
+    loads = np.ones((table.mu.size, len(LOAD_NAMES)))
+    loads[:, [LOAD_NAMES.index(n) for n in table.axes]] = grid_points(list(table.axes.values()))
     host = units.to_host(loads)[:, [LOAD_NAMES.index(n) for n in axes]]
-    rows = np.column_stack([table.mu.reshape(-1), host])
-    return "".join(", ".join(f"{x:.9g}" for x in row) + "\n" for row in rows)
+    lines = np.column_stack([table.mu.reshape(-1), host])
+    return "".join(", ".join(f"{x:.9g}" for x in line) + "\n" for line in lines)
 
 
 def abaqus_files(
@@ -115,7 +76,8 @@ def abaqus_files(
     host = host_units(units, temperature)
     axes = (*_PLACES, *chosen)
     table = tabulate(source, axes=axes[::-1], **{"max_rows": 5000, **given})
-    found = deviation(source, lambda loads: interpolated(table, loads), table.system)
+    grid, columns_of = list(table.axes.values()), [LOAD_NAMES.index(n) for n in table.axes]
+    found = deviation(source, lambda loads: interpolated(grid, table.mu, loads[:, columns_of]), table.system)
     held = [*table.held(), *held_system(source, table.system)]
     prefix = c_prefix(source, name)
     columns = host.columns()
@@ -133,10 +95,8 @@ def abaqus_files(
             for k, t in enumerate((f"{n} [{columns[n]}]" for n in chosen), 1)
         )
         or '  The job needs no field variable. --set "fields=[sd, psi]" makes axes of what it can provide as fields.\n',
-        "FIXED": "\n".join(f"  {line}" for line in held) or "  none",
-        "MEMORY": "THIS MODEL HAS MEMORY, which a table cannot have: mu is that of a fresh contact point."
-        if source.states
-        else "The model has no memory.",
+        "FIXED": rows(held),
+        "MEMORY": memory_note(source),
         "DATA": friction_lines(table, axes, host),
     }
     report = {

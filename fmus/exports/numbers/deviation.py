@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.loads import LOAD_NAMES, QUANTITIES, FloatArray
+from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 
 from ...interface.friction_source import FrictionSource
 from .. import options
@@ -82,6 +82,18 @@ def system_values(source: FrictionSource, given: object = None) -> dict[str, flo
     return values
 
 
+def held_loads(source: FrictionSource, given: object, names: Collection[str]) -> dict[str, float]:
+    """Return where the loads `names` are held: at the given values, the others at their start values.
+
+    Raises InputError: no mapping, another name, no number, one outside the physical limits.
+    """
+    interface = source.interface(1)
+    held = {q.name: interface.start(q) for q in LOADS if q.name in names}
+    for name, value in options.mapping("fixed", given, held).items():
+        held[name] = options.number(f"fixed {name}", value, QUANTITIES[name].lower, QUANTITIES[name].upper)
+    return held
+
+
 def held_system(source: FrictionSource, held: Mapping[str, float]) -> list[str]:
     """Return a sentence for each system variable: where a host of numbers holds it, and what that leaves out."""
     if not held:
@@ -123,7 +135,7 @@ def domain_points(
     ((10000, 5), 0.1)
     """
     reference = Reference(source)
-    values = list(({p.name: p.start for p in source.system} | dict(system or {})).values()) or None
+    values = list(({p.name: p.start for p in source.system} | dict(system or {})).values())
     points = np.random.default_rng(40).uniform(*test_box(source), size=(POINTS, len(LOAD_NAMES)))
     if not source.states:
         return points, reference.mu(points, system=values)

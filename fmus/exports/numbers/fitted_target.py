@@ -15,18 +15,15 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
+from friction_models.loads import LOAD_NAMES, FloatArray
 
 from ...interface.friction_source import FrictionSource
 from .. import options
-from ..common import Files, Reference, c_prefix, description, documents, template, test_box
+from ..common import Files, Reference, c_prefix, description, documents, rows, template, test_box
 from ..host_units import HostUnits, host_units
-from .deviation import Deviation, deviation, domain_points, held_system, system_values, with_unit
+from .deviation import Deviation, deviation, domain_points, held_loads, held_system, system_values, with_unit
 
-OPTIONS = {
-    "radioss": ("name", "units", "fixed", "system"),
-    "calculix": ("name", "units", "fixed", "system", "slip"),
-}
+OPTIONS = ("name", "units", "fixed", "system")
 #: Points of pressure and speed at which a formula is fitted.
 _GRID = 41
 _HELD = ("T", "sd", "psi")
@@ -99,14 +96,6 @@ def fit_darmstadt(v: FloatArray, p: FloatArray, mu: FloatArray) -> FloatArray:
     return best
 
 
-def _held(source: FrictionSource, given: object) -> dict[str, float]:
-    interface = source.interface(1)
-    held = {q.name: interface.start(q) for q in LOADS if q.name in _HELD}
-    for name, value in options.mapping("fixed", given, _HELD).items():
-        held[name] = options.number(f"fixed {name}", value, QUANTITIES[name].lower, QUANTITIES[name].upper)
-    return held
-
-
 def _slice(
     source: FrictionSource, held: Mapping[str, float], system: Mapping[str, float]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -117,18 +106,22 @@ def _slice(
     loads[:, 0], loads[:, 2] = v, p
     for name, value in held.items():
         loads[:, LOAD_NAMES.index(name)] = value
-    return v, p, Reference(source).mu(loads, system=list(system.values()) or None)
+    return v, p, Reference(source).mu(loads, system=list(system.values()))
+
+
+def _sentences(held: Mapping[str, float]) -> list[str]:
+    return [f"{n} is held at {with_unit(n, x)}" for n, x in held.items()]
 
 
 def _texts(
-    source: FrictionSource, prefix: str, host: HostUnits, rows: list[str], found: Deviation
+    source: FrictionSource, prefix: str, host: HostUnits, held: list[str], found: Deviation
 ) -> dict[str, str]:
     return description(source) | {
         "P": prefix,
         "UNITS": host.text(),
         "DEVIATION": found.text(),
         "LARGEST": f"{found.largest:.3g}",
-        "FIXED": "\n".join(f"  {row}" for row in rows),
+        "FIXED": rows(held),
         "MEMORY": "THIS MODEL HAS MEMORY, which the host cannot have: mu is fitted to a fresh contact point."
         if source.states
         else "The model has no memory.",
@@ -158,7 +151,7 @@ def radioss_files(
     >>> sorted(radioss_files(read_source(ConstantFriction(mu=0.1)), name="law"))
     ['LICENSE.txt', 'README.txt', 'card.json', 'fit.json', 'law_friction.rad', 'model.onnx']
     """
-    host, held, prefix = host_units(units), _held(source, fixed), c_prefix(source, name)
+    host, held, prefix = host_units(units), held_loads(source, fixed, _HELD), c_prefix(source, name)
     chosen_system = system_values(source, system)
     v, p, mu = _slice(source, held, chosen_system)
     v, p = v / host.speed, p / host.pressure
@@ -174,12 +167,9 @@ def radioss_files(
         lambda loads: laws[chosen](c, loads[:, 0] / host.speed, loads[:, 2] / host.pressure),
         chosen_system,
     )
-    rows = [
-        *(f"{n} is held at {with_unit(n, x)}" for n, x in held.items()),
-        *held_system(source, chosen_system),
-    ]
+    kept = [*_sentences(held), *held_system(source, chosen_system)]
     cells = [f"{x:20.12e}" for x in (*c[1:], 0.0)[:6]]
-    values = _texts(source, prefix, host, rows, found) | {
+    values = _texts(source, prefix, host, kept, found) | {
         "IFRIC": str(chosen),
         "SLICE_ERROR": f"{errors[chosen]:.3g}",
         "OTHER": f"Ifric {3 - chosen}: {errors[3 - chosen]:.3g}",
@@ -192,7 +182,7 @@ def radioss_files(
         "C": c[1:].tolist(),
         "units": host.text(),
         "summary": f"Ifric {chosen} is off by at most {found.text()}",
-        "held": rows,
+        "held": kept,
         "largest deviation at the held loads, by Ifric": {str(k): e for k, e in errors.items()},
         "remaining": found.report(),
     }
@@ -232,30 +222,25 @@ def calculix_files(
     '0.1, 10000'
     """
     host, prefix = host_units(units), c_prefix(source, name)
-    given = options.mapping("fixed", fixed, LOAD_NAMES)
+    held = held_loads(source, fixed, LOAD_NAMES)
     chosen = system_values(source, system)
     length = options.number("slip", slip, 1e-6, 10.0)
-    interface = source.interface(1)
-    held = {q.name: interface.start(q) for q in LOADS}
-    for key, value in given.items():
-        held[key] = options.number(f"fixed {key}", value, QUANTITIES[key].lower, QUANTITIES[key].upper)
-    if given:
+    if fixed:
         at = np.array([[held[n] for n in LOAD_NAMES]])
-        mu = float(Reference(source).mu(at, system=list(chosen.values()) or None)[0])
+        mu = float(Reference(source).mu(at, system=list(chosen.values()))[0])
     else:
         found = domain_points(source, chosen)[1]
         mu = 0.5 * float(found.min() + found.max())
     mu = max(float(f"{mu:.9g}"), 1e-6)  # *FRICTION refuses 0
     remains = deviation(source, lambda loads: np.full(len(loads), mu), chosen)
-    rows = [f"{n} is held at {with_unit(n, x)}" for n, x in held.items()]
     kept = held_system(source, chosen)
     slope = mu * held["sigma_n"] / host.pressure / (length / host.length)
-    values = _texts(source, prefix, host, [*rows, *kept], remains) | {
+    values = _texts(source, prefix, host, [*_sentences(held), *kept], remains) | {
         "MU": f"{mu:.9g}",
         "SLOPE": f"{slope:.6g}",
         "SLIP": f"{length:g}",
         "CHOICE": "the coefficient at the loads below"
-        if given
+        if fixed
         else "the middle between the smallest and the largest coefficient of the domain, which makes the largest deviation smallest",
     }
     report = {

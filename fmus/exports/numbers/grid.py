@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -53,11 +53,9 @@ class Grid:
 
     def values(self) -> FloatArray:
         """Return mu on the grid."""
-        shape = [len(x) for x in self.lines]
-        points = np.stack(np.meshgrid(*self.lines, indexing="ij"), axis=-1).reshape(-1, len(shape))
-        return np.concatenate(
-            [self.evaluate(p) for p in np.array_split(points, 1 + len(points) // 50_000)]
-        ).reshape(shape)
+        points = grid_points(self.lines)
+        parts = [self.evaluate(p) for p in np.array_split(points, 1 + len(points) // 50_000)]
+        return np.concatenate(parts).reshape([len(x) for x in self.lines])
 
     def interval_error(self, axis: int, lower: float, upper: float) -> float:
         """Return how far linear interpolation along one axis is off inside an interval."""
@@ -114,18 +112,32 @@ class Grid:
 
     def error(self, rng: np.random.Generator, count: int) -> tuple[float, float]:
         """Return the largest and the root-mean-square error of multilinear interpolation at random points."""
-        from scipy.interpolate import RegularGridInterpolator
-
         points = rng.uniform(self.lower, self.upper, size=(count, len(self.lines)))
-        varying = [k for k, x in enumerate(self.lines) if len(x) > 1]
-        table = self.values().squeeze(axis=tuple(k for k in range(len(self.lines)) if k not in varying))
-        if not varying:
-            interpolated = np.full(count, float(table))
-        else:
-            lookup = RegularGridInterpolator([self.lines[k] for k in varying], table)
-            interpolated = lookup(points[:, varying])
-        off = interpolated - self.evaluate(points)
+        off = interpolated(self.lines, self.values(), points) - self.evaluate(points)
         return float(np.abs(off).max()), float(np.sqrt((off**2).mean()))
+
+
+def grid_points(lines: Sequence[FloatArray]) -> FloatArray:
+    """Return all points of a grid, shape (points, axes); the last axis runs fastest."""
+    return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(lines))
+
+
+def interpolated(lines: Sequence[FloatArray], values: FloatArray, at: FloatArray) -> FloatArray:
+    """Return values at points of shape (n, axes): linear between the lines of a grid, those of its edge outside.
+
+    Examples
+    --------
+    >>> interpolated([np.array([20.0, 40.0]), np.array([1.0])], np.array([[0.1], [0.2]]), np.array([[30.0, 7.0]]))
+    array([0.15])
+    """
+    from scipy.interpolate import RegularGridInterpolator
+
+    varying = [k for k, x in enumerate(lines) if len(x) > 1]
+    table = values.reshape([len(lines[k]) for k in varying])
+    if not varying:
+        return np.full(len(at), float(table))
+    inside = [np.clip(at[:, k], lines[k][0], lines[k][-1]) for k in varying]
+    return np.asarray(RegularGridInterpolator([lines[k] for k in varying], table)(np.column_stack(inside)))
 
 
 def _rounded(values: float | FloatArray) -> FloatArray:

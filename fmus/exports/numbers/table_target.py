@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
+from friction_models.loads import LOAD_NAMES, QUANTITIES, FloatArray
 
 from ...interface.friction_source import FrictionSource
 from ...interface.quantities import USUAL
 from .. import options
-from ..common import Reference, description, documents, template
-from .deviation import held_system, system_values, with_unit
-from .grid import Grid
+from ..common import Files, Reference, description, documents, rows, template
+from .deviation import held_loads, held_system, system_values, with_unit
+from .grid import Grid, grid_points
 
 OPTIONS = ("axes", "points", "limits", "fixed", "system", "tolerance", "max_rows", "start_memory")
 #: Order of the axes when none are named; sd is left to `fixed`.
@@ -130,13 +130,10 @@ def tabulate(
     box = _box(source, axes, limits)
     lines = options.mapping("points", points, axes)
     counts = {n: options.whole(f"points of {n!r}", k, 2, 1000) for n, k in lines.items()}
-    interface = source.interface(1)
-    held = {q.name: interface.start(q) for q in LOADS if q.name not in axes}
-    for name, value in options.mapping("fixed", fixed, held).items():
-        held[name] = options.number(f"fixed {name}", value, QUANTITIES[name].lower, QUANTITIES[name].upper)
+    held = held_loads(source, fixed, [n for n in LOAD_NAMES if n not in axes])
     variables = system_values(source, system)
     reference = Reference(source)
-    values = list(variables.values()) or None
+    values = list(variables.values())
 
     def evaluate(at: FloatArray, held: Mapping[str, float] = held) -> FloatArray:
         loads = np.empty((len(at), len(LOAD_NAMES)))
@@ -168,7 +165,7 @@ def tabulate(
     )
 
 
-def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
+def table_files(source: FrictionSource, **given: Any) -> Files:
     """Return the files of a table export; the options are those of `tabulate`.
 
     Examples
@@ -187,13 +184,9 @@ def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
             f"  {n:8} {QUANTITIES[n].unit:5} {len(x):4} lines, {x[0]:g} to {x[-1]:g}"
             for n, x in table.axes.items()
         ),
-        "FIXED": "\n".join(f"  {line}" for line in table.held()) or "  none",
-        "SYSTEM_VALUES": "\n".join(f"  {line}" for line in system) or "  none",
-        "MEMORY": (
-            "THIS MODEL HAS MEMORY, which a table cannot have: mu is that of a fresh contact point."
-            if source.states
-            else "The model has no memory."
-        ),
+        "FIXED": rows(table.held()),
+        "SYSTEM_VALUES": rows(system),
+        "MEMORY": memory_note(source),
     }
     report = {
         "axes": {n: x.tolist() for n, x in table.axes.items()},
@@ -217,12 +210,19 @@ def table_files(source: FrictionSource, **given: Any) -> dict[str, str | bytes]:
     }
 
 
+def memory_note(source: FrictionSource) -> str:
+    """Return what a table makes of the memory of a model."""
+    if not source.states:
+        return "The model has no memory."
+    return "THIS MODEL HAS MEMORY, which a table cannot have: mu is that of a fresh contact point."
+
+
 def _long(table: FrictionTable) -> str:
     """Return one row a grid point, with a row of units; the last axis runs fastest."""
     stream = io.StringIO()
     names = [*table.axes, "mu"]
     stream.write(",".join(names) + "\n" + ",".join(QUANTITIES[n].unit for n in names) + "\n")
-    points = np.stack(np.meshgrid(*table.axes.values(), indexing="ij"), axis=-1).reshape(-1, len(table.axes))
+    points = grid_points(list(table.axes.values()))
     np.savetxt(stream, np.column_stack([points, table.mu.ravel()]), fmt="%.9g", delimiter=",")
     return stream.getvalue()
 
@@ -236,9 +236,9 @@ def _blocks(table: FrictionTable, title: str) -> str:
     for name, grid in table.axes.items():
         lines.append(f"{name} [{QUANTITIES[name].unit}] {len(grid)}")
         lines.append(" ".join(f"{x:.9g}" for x in grid))
-    rows = table.mu.reshape(-1, table.mu.shape[-1])
-    lines.append(f"mu [1] {rows.shape[0]} {rows.shape[1]}")
-    lines += [" ".join(f"{x:.6e}" for x in row) for row in rows]
+    values = table.mu.reshape(-1, table.mu.shape[-1])
+    lines.append(f"mu [1] {values.shape[0]} {values.shape[1]}")
+    lines += [" ".join(f"{x:.6e}" for x in row) for row in values]
     return "\n".join(lines) + "\n"
 
 

@@ -152,6 +152,6 @@ def selftest(source: FrictionSource, prefix: str, data: Trial) -> str:
 
 
 def c_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
-    """Return what a C export has beside the files of `subroutine_files`."""
+    """Return what a C export has beside the C text and the documents."""
     values["BUILD"] = _BUILD.format(P=prefix)
     return {"selftest.c": selftest(source, prefix, trial(source))}

@@ -37,9 +37,8 @@ class Node:
         psi = self.loads[4] * ratio if self.touched else 1.0
         self.loads = np.array([v, T, sigma_n, self.loads[3] + v * dt, psi])
         self.area, self.touched = area, True
-        if self.memory.size:
-            self.memory = reference.step(self.loads[None], self.memory[None], dt)[0]
-        return float(reference.mu(self.loads[None], self.memory[None] if self.memory.size else None)[0])
+        self.memory = reference.step(self.loads[None], self.memory[None], dt)[0]
+        return float(reference.mu(self.loads[None], self.memory[None])[0])
 
 
 def history(source: FrictionSource, units: HostUnits, nodes: int = 4, steps: int = 8) -> str:
@@ -65,7 +64,7 @@ def history(source: FrictionSource, units: HostUnits, nodes: int = 4, steps: int
             if found:
                 loads = np.sum([n.loads for n in found], axis=0) / len(found)
                 memory = np.sum([n.memory for n in found], axis=0) / len(found)
-            mu = float(reference.mu(loads[None], memory[None] if memory.size else None)[0])
+            mu = float(reference.mu(loads[None], memory[None])[0])
             (v, T, sigma, *_), apart = units.to_host(np.array([[v, T, sigma, 0.0, 1.0]]))[0], 4.0
             numbers = (T - 2 * apart, T, T + apart, v, sigma, mu)  # mean of nodes T - apart, tool T + apart
             rows.append(f"{a + 1} {b + 1} " + " ".join(fortran_number(float(x)) for x in numbers))
@@ -90,7 +89,7 @@ def history(source: FrictionSource, units: HostUnits, nodes: int = 4, steps: int
 def deform_files(
     source: FrictionSource, prefix: str, values: dict[str, str], units: object = "tonne-mm-s"
 ) -> Files:
-    """Return what a DEFORM export has beside the files of `subroutine_files`; `units` are those of the database."""
+    """Return what a DEFORM export has beside the C text and the documents; `units` are those of the database."""
     host = host_units(units, allowed=("tonne-mm-s", "english"))
     values |= host.fortran() | {
         "NODE_VARIABLES": str(_KEPT + len(source.states)),

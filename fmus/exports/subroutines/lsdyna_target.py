@@ -49,9 +49,8 @@ def history(
                 first[k] = first[k] or area
                 sd[k] += v * dt
                 loads = np.array([[v, T, sigma, sd[k], area / first[k]]])
-                if source.states:
-                    state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
-                expected = float(reference.mu(loads, state[k : k + 1] if source.states else None)[0])
+                state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
+                expected = float(reference.mu(loads, state[k : k + 1])[0])
             slip = (v * dt * along + 0.01 * normal) / units.length
             t = units.to_host(np.array([[v, T, sigma, 0.0, 1.0]]))[0, 1]
             place, push = area / units.length**2, -force / units.pressure / units.length**2
@@ -73,7 +72,7 @@ def lsdyna_files(
     temperature: object = None,
     thermal: object = True,
 ) -> Files:
-    """Return what an LS-DYNA export has beside the files of `subroutine_files`.
+    """Return what an LS-DYNA export has beside the C text and the documents.
 
     `units` and `temperature` are those of the deck; `thermal` says whether the job computes temperatures.
     """

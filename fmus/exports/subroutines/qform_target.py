@@ -47,8 +47,7 @@ def history(
                 sd[k] += before[k, 0] * dt
             at = before[k : k + 1].copy()
             at[0, 3] = sd[k]
-            if source.states:
-                state[k : k + 1] = reference.step(at, state[k : k + 1], dt)
+            state[k : k + 1] = reference.step(at, state[k : k + 1], dt)
         for last in (0, 1):
             rows.append(f"{dt / units.time:.17g} {points}")
             for k in range(points):
@@ -56,7 +55,7 @@ def history(
                 if k == 1 and step in (3, 4):
                     sigma = 0.0
                 before[k] = (v, T, sigma, sd[k], 1.0)
-                mu = float(reference.mu(before[k : k + 1], state[k : k + 1] if source.states else None)[0])
+                mu = float(reference.mu(before[k : k + 1], state[k : k + 1])[0])
                 host = units.to_host(before[k : k + 1])[0]
                 numbers = (host[1] - apart, host[1] + apart, host[0], host[2], mu)
                 rows.append(" ".join(f"{float(x):.17g}" for x in numbers) + f" {last}")

@@ -41,8 +41,6 @@ def depends_on(source: FrictionSource) -> list[str]:
     points = np.random.default_rng(21).uniform(lower, upper, size=(64, len(LOAD_NAMES)))
 
     def answer(at: np.ndarray) -> np.ndarray:
-        if not source.states:
-            return reference.mu(at)
         state = reference.step(at, reference.model.start_state(len(at)), 0.1)
         return np.column_stack([reference.mu(at, state), state])
 
@@ -94,9 +92,8 @@ def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str
                         speed = float(np.sqrt((parts**2).sum()))
                         sd[k] += speed * dt
                         loads = np.array([[speed, T, sigma, sd[k], 1.0]])
-                        if source.states:
-                            state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
-                        expected = float(reference.mu(loads, state[k : k + 1] if source.states else None)[0])
+                        state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
+                        expected = float(reference.mu(loads, state[k : k + 1])[0])
                     numbers = (time + tried, 10.0 * k, 0.0, *parts, T, sigma, expected)
                     rows.append(f"{k + 1} {inc} " + " ".join(fortran_number(float(x)) for x in numbers))
         time += dt
@@ -104,7 +101,7 @@ def history(source: FrictionSource, points: int = 3, increments: int = 8) -> str
 
 
 def ufric_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
-    """Return what a UFRIC export has beside the files of `subroutine_files`."""
+    """Return what a UFRIC export has beside the C text and the documents."""
     depends = depends_on(source)
     values |= {
         "PSI_MATTERS": ".true." if "psi" in depends else ".false.",

@@ -42,16 +42,15 @@ def history(source: FrictionSource, points: int = 4, increments: int = 8) -> str
                 speed = float(np.sqrt((slip**2).sum())) / dt
                 sd[k] += speed * dt
                 loads = np.array([[speed, T, normal / area, sd[k], area / first[k]]])
-                if source.states:
-                    state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
-                expected = float(reference.mu(loads, state[k : k + 1] if source.states else None)[0])
+                state[k : k + 1] = reference.step(loads, state[k : k + 1], dt)
+                expected = float(reference.mu(loads, state[k : k + 1])[0])
             numbers = (*slip, normal, area, T - apart, T + apart, expected)
             rows.append(f"{k + 1} " + " ".join(fortran_number(float(x)) for x in numbers))
     return "\n".join(rows) + "\n"
 
 
 def vfric_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
-    """Return what a VFRIC export has beside the files of `subroutine_files`."""
+    """Return what a VFRIC export has beside the C text and the documents."""
     props = ["1.", *(f"{p:g}" for p in (20.0, *(p.start for p in source.system)))]
     values |= {
         "DEPVAR": str(3 + len(source.states)),
