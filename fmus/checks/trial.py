@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import re
 import sys
 from pathlib import Path
 
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.loads import FloatArray
+from friction_models.loads import LOAD_NAMES, FloatArray
 
 from ..archive.content import read_description
 from ..archive.limits import limit_memory
 from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import FmuError, RunningFmu
-from .repeat_steps import STEPS, Play
 from .report import Notes
-from .schema import problems_of
 from .trial_binaries import binaries
 from .trial_exchange import exchange
-from .trial_friction import friction
+from .trial_friction import friction, random_loads
 from .trial_map import maps
 from .trial_recorded import recorded
 from .trial_units import units
@@ -28,6 +28,11 @@ from .trial_units import units
 #: Problems of a description that are told, and variables up to which fmpy's validation ends in a minute or so, also
 #: where its time grows with the square of their number because all of them are wrong.
 _MAX_PROBLEMS, _MAX_VALIDATED = 20, 100_000
+#: Structured variable names as both versions of the standard define them.
+_PART = r"(?:[A-Za-z_]\w*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
+_NAME = re.compile(rf"{_PART}(?:\.{_PART})*|der\({_PART}(?:\.{_PART})*(?:,\d+)?\)", re.ASCII)
+#: Steps of one run.
+STEPS = 5
 
 
 def run(path: Path, notes: Notes) -> None:
@@ -61,6 +66,27 @@ def run(path: Path, notes: Notes) -> None:
             failed(error)
 
 
+def problems_of(path: Path) -> list[str]:
+    """Return what fmpy's validation finds; its check of names, 3 ms each, is made here."""
+    from fmpy import read_model_description
+    from fmpy.model_description import ValidationError
+
+    try:
+        description = read_model_description(
+            str(path), validate=True, validate_variable_names=False, validate_model_structure=True
+        )
+    except ValidationError as error:
+        return [str(problem) for problem in error.problems]
+    except Exception as error:  # fmpy raises plain exceptions
+        return [str(error) or type(error).__name__]
+    structured = description.variableNamingConvention == "structured"
+    return [
+        f"variable name {v.name[:80]!r} is not allowed by the naming convention of the FMU"
+        for v in description.modelVariables
+        if (not _NAME.fullmatch(v.name) if structured else re.search(r"[\r\n\t]", v.name))
+    ]
+
+
 def _schema(path: Path, notes: Notes) -> None:
     count = sum(1 for _ in read_description(path).iterfind("ModelVariables/*"))
     if count > _MAX_VALIDATED:
@@ -73,6 +99,35 @@ def _schema(path: Path, notes: Notes) -> None:
         notes.add(False, str(problem))
     if len(problems) > _MAX_PROBLEMS:
         notes.add(False, f"... and {len(problems) - _MAX_PROBLEMS} more problems")
+
+
+class Play:
+    """A few steps of an FMU, with random loads where it is a friction FMU."""
+
+    def __init__(self, fmu: UnpackedFmu) -> None:
+        self.outputs = [n for n, v in fmu.variables.items() if v.causality == "output" and v.is_float64]
+        experiment = fmu.raw.defaultExperiment
+        self.size = 0.01
+        with contextlib.suppress(TypeError, ValueError):
+            if experiment is not None and float(experiment.stepSize) > 0.0:
+                self.size = float(experiment.stepSize)
+        self.inputs: list[str] = []
+        self.series: FloatArray = np.empty((0, 0))
+        if fmu.is_friction:
+            points = fmu.contact_points()
+            self.inputs = list(LOAD_NAMES)
+            rng = np.random.default_rng(2)
+            self.series = np.array([random_loads(rng, points).T.ravel() for _ in range(STEPS + 2)])
+
+    def steps(self, fmu: RunningFmu, count: int = STEPS, first: int = 0) -> FloatArray:
+        """Make `count` steps from step `first` on, return the outputs, shape (count, outputs)."""
+        seen = []
+        for k in range(first, first + count):
+            if self.inputs:
+                fmu.set_real(self.inputs, self.series[k])
+            fmu.step(k * self.size, self.size)
+            seen.append(fmu.get_real(self.outputs))
+        return np.array(seen)
 
 
 def _steps(fmu: UnpackedFmu, notes: Notes) -> None:

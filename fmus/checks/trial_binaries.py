@@ -15,6 +15,21 @@ _OLD = {"linux32": "x86-linux", "win32": "x86-windows", "darwin32": "x86-darwin"
 #: The folder of the one kind of library that FMI 2.0 calls by the system alone.
 _OF_SYSTEM = {p.folder("2.0"): p.name for p in PLATFORMS.values() if p.folder("2.0") != p.name}
 _SUFFIXES = (".so", ".dll", ".dylib")
+#: Functions without their prefix, by version: of every FMU, of one for co-simulation, of one for model exchange.
+_REQUIRED = {
+    "2.0": (
+        "GetVersion Instantiate FreeInstance SetupExperiment EnterInitializationMode ExitInitializationMode Terminate Reset "
+        "GetReal SetReal GetBoolean SetBoolean",
+        "DoStep",
+        "SetTime GetDerivatives GetContinuousStates SetContinuousStates",
+    ),
+    "3.0": (
+        "GetVersion FreeInstance EnterInitializationMode ExitInitializationMode Terminate Reset "
+        "GetFloat64 SetFloat64 GetBoolean SetBoolean",
+        "InstantiateCoSimulation DoStep",
+        "InstantiateModelExchange SetTime GetContinuousStateDerivatives",
+    ),
+}
 
 
 def binaries(fmu: UnpackedFmu, notes: Notes) -> bool:
@@ -53,7 +68,7 @@ def _one(fmu: UnpackedFmu, file: Path, notes: Notes) -> None:
     wanted = _platforms_of(file.parent.name)
     for part in parts:
         functions = {n for n in part.exports if n.startswith("fmi")}
-        missing = sorted(set(_required(fmu)) - functions)
+        missing = sorted(_required(fmu) - functions)
         fits = not wanted or part.platform in wanted
         text = f"{where}: {_kind(part)}, {part.size / 1000:.0f} kB, {_needs(part)}"
         if not fits:
@@ -103,29 +118,11 @@ def _needs(part: Binary) -> str:
     return f"needs {own}" + (f" and {', '.join(foreign)}" if foreign else " and nothing else")
 
 
-def _required(fmu: UnpackedFmu) -> list[str]:
+def _required(fmu: UnpackedFmu) -> set[str]:
     """Return functions that every library of the FMU must have: those that a simple importer calls."""
-    names: list[str] = []
-    if fmu.version == "2.0":
-        names += ["GetVersion", "Instantiate", "FreeInstance", "SetupExperiment", "EnterInitializationMode"]
-        names += [
-            "ExitInitializationMode",
-            "Terminate",
-            "Reset",
-            "GetReal",
-            "SetReal",
-            "GetBoolean",
-            "SetBoolean",
-        ]
-        if fmu.raw.coSimulation is not None:
-            names.append("DoStep")
-        if fmu.raw.modelExchange is not None:
-            names += ["SetTime", "GetDerivatives", "GetContinuousStates", "SetContinuousStates"]
-        return [f"fmi2{n}" for n in names]
-    names += ["GetVersion", "FreeInstance", "EnterInitializationMode", "ExitInitializationMode", "Terminate"]
-    names += ["Reset", "GetFloat64", "SetFloat64", "GetBoolean", "SetBoolean"]
+    names, stepped, exchanged = (text.split() for text in _REQUIRED[fmu.version])
     if fmu.raw.coSimulation is not None:
-        names += ["InstantiateCoSimulation", "DoStep"]
+        names += stepped
     if fmu.raw.modelExchange is not None:
-        names += ["InstantiateModelExchange", "SetTime", "GetContinuousStateDerivatives"]
-    return [f"fmi3{n}" for n in names]
+        names += exchanged
+    return {f"fmi{fmu.version[0]}{name}" for name in names}

@@ -11,7 +11,6 @@ from friction_models.loads import LOAD_NAMES, MU, FloatArray
 
 from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
-from .repeat_steps import random_loads
 
 if TYPE_CHECKING:
     from friction_models.models.onnx_model import OnnxModel
@@ -67,13 +66,22 @@ class Friction:
         self.bounds = [n for n in ("mu_low", "mu_high") if n in fmu.arrays]
         self.label = "" if points is None else f" with {sizing} = {points}"
 
-    def run(self, name: str) -> RunningFmu:
-        """Return a started instance."""
-        return RunningFmu(self.fmu, name)
-
     def set(self, fmu: RunningFmu, loads: FloatArray) -> None:
         """Set the loads, shape (width, 5)."""
         fmu.set_real(LOAD_NAMES, loads.T)
+
+
+def random_loads(rng: np.random.Generator, count: int) -> FloatArray:
+    """Return loads between slow, cold, light and fast, hot, heavy contact, shape (count, 5).
+
+    Examples
+    --------
+    >>> loads = random_loads(np.random.default_rng(0), 3)
+    >>> loads.shape, bool((loads >= 0.0).all())
+    ((3, 5), True)
+    """
+    lower, upper = [0.0, 20.0, 100.0, 0.0, 0.8], [600.0, 500.0, 3000.0, 80.0, 25.0]
+    return rng.uniform(lower, upper, size=(count, 5))
 
 
 def packed_model(fmu: UnpackedFmu, notes: Notes) -> OnnxModel | None:
@@ -104,7 +112,8 @@ def packed_model(fmu: UnpackedFmu, notes: Notes) -> OnnxModel | None:
         return None
 
 
-def _inside(model: OnnxModel, loads: FloatArray) -> FloatArray:
+def inside(model: OnnxModel, loads: FloatArray) -> FloatArray:
+    """Return loads moved into the trained domain of a model, if it has one."""
     return loads if model.domain is None else np.asarray(model.domain.clamp(loads))
 
 
@@ -116,9 +125,9 @@ def _reference(trial: Friction, model: OnnxModel, notes: Notes) -> None:
     if model.domain is not None:
         points[: count // 2] = model.domain.clamp(points[: count // 2])
         points[0], points[-1] = model.domain.lower, model.domain.upper
-    expected = model.predict(_inside(model, points))
+    expected = model.predict(inside(model, points))
     mu = np.empty(count)
-    with trial.run("reference") as fmu:
+    with RunningFmu(trial.fmu, "reference") as fmu:
         for i in range(0, count, trial.width):
             trial.set(fmu, points[i : i + trial.width])
             mu[i : i + trial.width] = fmu.get_real([MU.name])
@@ -137,7 +146,7 @@ def _interval(trial: Friction, model: OnnxModel | None, notes: Notes) -> None:
         return
     rng = np.random.default_rng(8)
     worst, around, expected = 0.0, True, None
-    with trial.run("interval") as fmu:
+    with RunningFmu(trial.fmu, "interval") as fmu:
         for k in range(4):
             points = random_loads(rng, trial.width)
             if k % 2 == 0 and model is not None and model.domain is not None:
@@ -162,13 +171,13 @@ def _memory(trial: Friction, model: OnnxModel, notes: Notes) -> None:
     rng = np.random.default_rng(6)
     state = model.start_state(trial.width)
     worst = 0.0
-    with trial.run("memory") as fmu:
+    with RunningFmu(trial.fmu, "memory") as fmu:
         for k in range(10):
             points = random_loads(rng, trial.width)
             trial.set(fmu, points)
             fmu.step(0.01 * k, 0.01)
             _, state = model.step(points, state, 0.01)
-            expected = model.predict(_inside(model, points), state)
+            expected = model.predict(inside(model, points), state)
             worst = max(worst, float(np.abs(fmu.get_real([MU.name]) - expected).max()))
     notes.add(
         worst <= 1e-9,
@@ -184,7 +193,7 @@ def _derivatives(trial: Friction, model: OnnxModel | None, notes: Notes) -> None
         return
     rng = np.random.default_rng(7)
     compared, worst = 0, 0.0
-    with trial.run("derivatives") as fmu:
+    with RunningFmu(trial.fmu, "derivatives") as fmu:
         for _ in range(4):
             points = _middle(rng, trial.width, model)
             scale = np.maximum(np.abs(points), 1.0)
@@ -236,14 +245,14 @@ def _domain(trial: Friction, model: OnnxModel, notes: Notes) -> None:
     """Look at `in_domain` inside the trained domain and beyond each load that was measured; the others change nothing."""
     assert model.domain is not None
     domain = model.domain
-    inside = np.tile(domain.centre, (trial.width, 1))
+    centre = np.tile(domain.centre, (trial.width, 1))
     expected, seen = [True], []
-    with trial.run("domain") as fmu:
-        trial.set(fmu, inside)
+    with RunningFmu(trial.fmu, "domain") as fmu:
+        trial.set(fmu, centre)
         fmu.step(0.0, 0.01)
         seen.append(fmu.get_boolean("in_domain"))
         for k, name in enumerate(LOAD_NAMES):
-            points = inside.copy()
+            points = centre.copy()
             points[-1, k] = domain.upper[k] + max(domain.upper[k] - domain.lower[k], 1.0)
             trial.set(fmu, points)
             fmu.step(0.01 * (k + 1), 0.01)

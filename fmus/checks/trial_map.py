@@ -22,6 +22,7 @@ _IRREGULAR = f"{NAME}.map.irregular"
 _MAX_BYTES = 16 * 1024**2
 #: What stands directly behind a vector of sampling points and behind an array of values, if anything, and its causalities.
 _FOLLOWERS = {"domainInput": "domain", "codomainOutput": "codomain"}
+_ROLES = (*_FOLLOWERS, *_FOLLOWERS.values())
 _CAUSALITIES = {
     "domain": {"parameter", "constant", "structuralParameter"},
     "domainInput": {"input", "output", "local"},
@@ -92,7 +93,7 @@ def _terminal(fmu: UnpackedFmu, terminal: etree._Element) -> list[str]:
             continue
         role = role.removeprefix(MEMBER)
         variable = variables.get(name)
-        if role not in {*_FOLLOWERS, *_FOLLOWERS.values()}:
+        if role not in _ROLES:
             problems.append(f"variableKind {role[:80]!r} of {name!r} is none of the standard")
         elif variable is None:
             problems.append(f"there is no variable {name[:80]!r}")
@@ -116,7 +117,7 @@ def _terminal(fmu: UnpackedFmu, terminal: etree._Element) -> list[str]:
 def _shapes(terminal: etree._Element, variables: dict[str, ScalarVariable], regular: bool) -> list[str]:
     """Return what is wrong with the sizes of the arrays, and with the order of the sampling points."""
     lengths, problems = [], []
-    known = {kind: [n for n in _named(terminal, kind) if n in variables] for kind in _kinds()}
+    known = {kind: [n for n in _named(terminal, kind) if n in variables] for kind in _ROLES}
     for name in known["domain"]:
         shape = _shape(variables[name])
         if len(shape) != 1:
@@ -135,10 +136,6 @@ def _shapes(terminal: etree._Element, variables: dict[str, ScalarVariable], regu
     if len(sizes) > 1:
         problems.append(f"the domainInput variables have {sorted(sizes)} values, allowed: the same number")
     return problems
-
-
-def _kinds() -> tuple[str, ...]:
-    return (*_FOLLOWERS, *_FOLLOWERS.values())
 
 
 def _shape(variable: Any) -> list[int]:

@@ -18,8 +18,7 @@ _SI = ("kg", "m", "s", "A", "K", "mol", "cd")
 def units(fmu: UnpackedFmu, notes: Notes) -> None:
     """Look at the units by their names and by their definitions."""
     _names(fmu, notes)
-    wrong = _wrong_definitions(fmu)
-    for problem in wrong:
+    for problem in _wrong_definitions(fmu):
         notes.add(False, problem)
 
 

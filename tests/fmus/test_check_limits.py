@@ -10,7 +10,7 @@ import pytest
 
 from fmus import check, pack
 from fmus.archive.content import write_archive
-from fmus.checks.schema import problems_of
+from fmus.checks.trial import problems_of
 from fmus.native import compile as compiling
 from tests.fmus.graphs import BOX, graph_bytes, node, save
 
