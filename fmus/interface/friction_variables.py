@@ -32,7 +32,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     def coefficient(name: str, meaning: str) -> Variable:
         return Variable(
             name,
-            0,
             "output",
             initial="calculated",
             unit=MU.unit,
@@ -47,7 +46,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     for q in LOADS:
         yield Variable(
             q.name,
-            0,
             "input",
             unit=q.unit,
             nominal=q.nominal,
@@ -60,7 +58,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     yield coefficient(MU.name, MU.meaning)
     yield Variable(
         "domain_distance",
-        0,
         "output",
         initial="calculated",
         unit="1",
@@ -72,7 +69,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     for s in interface.states:
         yield Variable(
             s.name,
-            0,
             "local",
             initial="exact",
             unit=s.unit,
@@ -84,7 +80,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     for p in interface.system:
         yield Variable(
             p.name,
-            0,
             "parameter",
             "tunable",
             "exact",
@@ -96,7 +91,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     for s in interface.states if ode else ():
         yield Variable(
             f"der({s.name})",
-            0,
             "local",
             initial="calculated",
             unit=s.rate_unit,
@@ -110,7 +104,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
         yield coefficient(bound, meaning)
     yield Variable(
         "in_domain",
-        0,
         "output",
         "discrete",
         "calculated",
@@ -120,7 +113,6 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     )
     yield Variable(
         "clamp_to_domain",
-        0,
         "parameter",
         "tunable",
         "exact",
@@ -192,7 +184,6 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
         sum(v.type == "Real" for v in rows),
         Variable(
             "domain_indicator",
-            0,
             "local",
             initial="calculated",
             unit="1",
@@ -201,10 +192,9 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
         ),
     )
     numbered = [replace(v, reference=k + 1) for k, v in enumerate(rows)]
-    time = Variable("time", 0, "independent", unit="s", description="simulation time")
+    time = Variable("time", "independent", unit="s", description="simulation time")
     size = Variable(
         "n",
-        len(numbered) + 1,
         "structuralParameter",
         "fixed",
         "exact",
@@ -213,6 +203,7 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
         lower=1,
         upper=MAX_NODES,
         description="number of contact points",
+        reference=len(numbered) + 1,
     )
     shown = [v for v in _gathered(numbered, interface) if interface.domain or v.name != "domain_indicator"]
     return [time, *([size] if interface.sized else []), *shown]

@@ -104,7 +104,6 @@ class Variable:
     """One FMI variable: a scalar of FMI 2.0, or a scalar or array of FMI 3.0."""
 
     name: str  #: Structured name, ``mu`` or ``mu[3]``.
-    reference: int  #: Value reference; no two variables of an FMU share one, whatever their types.
     causality: str  #: As in the standard, as the next two.
     variability: str = "continuous"
     initial: str = ""
@@ -123,6 +122,7 @@ class Variable:
     array: bool = False  #: FMI 3.0: whether it has one element a contact point.
     shape: tuple[int, ...] = ()  #: FMI 3.0: dimensions of an array of fixed size.
     starts: tuple[float, ...] = ()  #: Its start values.
+    reference: int = 0  #: Value reference; no two variables of an FMU share one, whatever their types.
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def signal(
     'N'
     """
     return Variable(
-        name, 0, "", unit=unit, start=start, lower=lower, upper=upper, description=meaning, nominal=nominal
+        name, "", unit=unit, start=start, lower=lower, upper=upper, description=meaning, nominal=nominal
     )
 
 
@@ -100,7 +100,6 @@ class SolverInterface:
         parameters = [
             Variable(
                 name,
-                0,
                 "parameter",
                 "fixed",
                 "exact",
@@ -112,7 +111,7 @@ class SolverInterface:
         ]
         meaning = "whether the marker is in contact"
         flags = [
-            Variable(name, 0, "output", "discrete", type="Boolean", description=meaning, **computed)
+            Variable(name, "output", "discrete", type="Boolean", description=meaning, **computed)
             for name in self.flags
         ]
         found = [*outputs, *inputs, *parameters, *flags, *further]
