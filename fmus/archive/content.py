@@ -242,15 +242,6 @@ def read_description(path: str | os.PathLike[str]) -> etree._Element:
     return root
 
 
-def unpack(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path:
-    """Unpack a checked FMU into `folder`.
-
-    Raises InputError: anything that `read_description` refuses, or a damaged member.
-    """
-    read_description(path)
-    return unpack_members(path, folder)
-
-
 def unpack_members(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> Path:
     """Unpack a checked ZIP archive into `folder`: plain files and folders, never more than they declare.
 
@@ -278,16 +269,7 @@ def unpack_members(path: str | os.PathLike[str], folder: str | os.PathLike[str])
 
 
 def check_content(path: str | os.PathLike[str]) -> None:
-    """Read every member of an archive that `read_members` has accepted, against its checksum.
-
-    Raises InputError: a damaged member.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> with TemporaryDirectory() as place:
-    ...     check_content(write_archive(Path(place) / "any.zip", {"a.txt": b"mu"}))
-    """
+    """Read every member of an archive that `read_members` has accepted; raise InputError for a wrong checksum."""
     with _readable(f"{path}: the archive cannot be unpacked"), zipfile.ZipFile(path) as archive:
         damaged = archive.testzip()
     if damaged is not None:

@@ -21,8 +21,7 @@ from friction_models.common import InputError, unknown_name
 from friction_models.common.cached_results import path_digest
 from friction_models.loads import LOADS, MU
 
-from ..archive.content import read_description, read_member
-from ..archive.content import unpack as unpack_archive
+from ..archive.content import read_description, read_member, unpack_members
 from .c_interface.slave import library_in
 from .fmu_variables import Variable, expand, sizing_parameter
 
@@ -228,7 +227,7 @@ class UnpackedFmu(FmuDescription):
         if folder is not None:
             return cls(**vars(found), folder=folder)
         temporary = TemporaryDirectory(prefix="tribofmu-", ignore_cleanup_errors=True)
-        unpack_archive(path, temporary.name)
+        unpack_members(path, temporary.name)
         return cls(**vars(found), folder=Path(temporary.name), _temporary=temporary)
 
     @property
@@ -276,16 +275,6 @@ def describe(path: str | os.PathLike[str]) -> FmuDescription:
     """Read the model description of a co-simulation FMU.
 
     Raises InputError: what `read_model` refuses; no co-simulation; a variable whose type, shape or start value cannot be used.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from fmus import pack
-    >>> from friction_models import ConstantFriction
-    >>> with TemporaryDirectory() as place:
-    ...     description = describe(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python", nodes=2))
-    ...     description.version, [v.name for v in description.resolve("mu")]
-    ('2.0', ['mu[1]', 'mu[2]'])
     """
     found = _described(Path(path))
     if found.raw.coSimulation is None:
@@ -318,7 +307,7 @@ def unpack(description: FmuDescription, folder: Path) -> UnpackedFmu:
     """
     from fmpy import platform, platform_tuple
 
-    unpack_archive(description.path, folder)
+    unpack_members(description.path, folder)
     fmu = UnpackedFmu(**vars(description), folder=folder)
     if not fmu.library.is_file():
         wanted = platform if description.version == "2.0" else platform_tuple
