@@ -21,11 +21,8 @@ MAX_ELEMENTS = 2_000_000
 
 #: FMI 2.0 types; enumerations are exchanged as integers.
 _TYPES2 = {
-    "Real": ("Real", "fmi2Real"),
-    "Integer": ("Integer", "fmi2Integer"),
+    **{name: (name, f"fmi2{name}") for name in ("Real", "Integer", "Boolean", "String")},
     "Enumeration": ("Enumeration", "fmi2Integer"),
-    "Boolean": ("Boolean", "fmi2Boolean"),
-    "String": ("String", "fmi2String"),
 }
 #: FMI 3.0 types under the names of FMI 2.0, so that FMUs of both connect.
 _TYPES3 = {
@@ -121,13 +118,12 @@ def sizing_parameter(item: Any) -> str | None:
 
 
 def _shape(item: Any, sizes: Mapping[str, int]) -> tuple[int, ...]:
-    shape = []
-    for dimension in item.dimensions:
-        if dimension.variable is None:
-            shape.append(max(0, int(dimension.start)))
-        else:
-            shape.append(max(0, int(sizes.get(dimension.variable.name, dimension.variable.start))))
-    return tuple(shape)
+    """Return the dimensions of a variable: fixed ones, and those that structural parameters give."""
+    lengths = (
+        d.start if d.variable is None else sizes.get(d.variable.name, d.variable.start)
+        for d in item.dimensions
+    )
+    return tuple(max(0, int(length)) for length in lengths)
 
 
 def _elements(

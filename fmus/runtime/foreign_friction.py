@@ -20,16 +20,6 @@ def friction_model(path: str | os.PathLike[str], entry: Entry | None = None) -> 
     """Open any friction FMU as a model; `entry` is its entry in a file of names (`read_names`).
 
     Raises InputError: not an FMU, or one whose variables are neither those of the contract nor named by `entry`.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from fmus import pack
-    >>> from friction_models import ConstantFriction
-    >>> with TemporaryDirectory() as place:
-    ...     model = friction_model(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python"))
-    ...     model.predict([[20.0, 80.0, 600.0, 0.0, 1.0]])
-    array([0.1])
     """
     if entry is None:
         with _hinted():
