@@ -213,6 +213,11 @@ def parse_xml(content: bytes, where: str) -> etree._Element:
     return root
 
 
+def xml_bytes(root: etree._Element) -> bytes:
+    """Return an XML file, indented and without a date: equal trees give equal bytes."""
+    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+
+
 def read_description(path: str | os.PathLike[str]) -> etree._Element:
     """Return the root of modelDescription.xml; every XML file that importers parse is looked at.
 

@@ -15,9 +15,9 @@ from friction_models.loads import FloatArray
 from ..archive.content import parse_xml
 from ..runtime.fmu_files import UnpackedFmu
 from ..runtime.running import RunningFmu
+from ..source.reference_results import FOLDER
 from .report import Notes
 
-FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _MAX_BYTES = 64 * 1024**2
 #: Agreement: of a friction FMU, and of others, whose solvers differ in steps, relative to the largest value.
 _RELATIVE, _ABSOLUTE, _OTHERS = 1e-9, 1e-12, 1e-3

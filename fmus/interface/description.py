@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
+from ..archive.content import xml_bytes
 from .quantities import Variable, unit_base
 
 GENERATION_TOOL = "tribofmu"
@@ -109,7 +110,7 @@ def to_xml(description: Description, fmi: str = "2.0", nodes: int = 1) -> bytes:
         annotations = etree.SubElement(root, "Annotations")
         annotation = etree.SubElement(annotations, "Annotation", type=ANNOTATION)
         etree.SubElement(annotation, "Model", dict(description.annotations))
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    return xml_bytes(root)
 
 
 def _experiment(step: float, stop: float | None, three: bool) -> dict[str, str]:
@@ -205,7 +206,7 @@ def build_description(identifier: str, main: str) -> bytes:
         external="true",
         description="the mathematical library, where it is one of its own",
     )
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    return xml_bytes(root)
 
 
 def c_identifier(text: str) -> str:

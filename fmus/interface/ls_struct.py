@@ -12,6 +12,7 @@ from lxml import etree
 
 from friction_models.loads import LOAD_NAMES, MU
 
+from ..archive.content import xml_bytes
 from .quantities import AXIS, Parameter, parameter_arrays
 
 NAME = "org.fmi-standard.fmi-ls-struct"
@@ -56,18 +57,16 @@ def map_axes(system: Sequence[Parameter]) -> list[str]:
     return axes if fits else []
 
 
+def manifest_root(tag: str, name: str, version: str, description: str) -> etree._Element:
+    """Return the manifest that tells an importer that the FMU keeps to a layered standard."""
+    told = {"name": name, "version": version, "description": description}
+    attributes = {f"{{{NAMESPACE}}}fmi-ls-{key}": value for key, value in told.items()}
+    return etree.Element(tag, attributes, nsmap={"fmi-ls": NAMESPACE})
+
+
 def manifest() -> bytes:
-    """Return the manifest that tells an importer that the FMU keeps to this layered standard."""
-    root = etree.Element(
-        "fmiLayeredStandardManifest",
-        {
-            f"{{{NAMESPACE}}}fmi-ls-name": NAME,
-            f"{{{NAMESPACE}}}fmi-ls-version": VERSION,
-            f"{{{NAMESPACE}}}fmi-ls-description": DESCRIPTION,
-        },
-        nsmap={"fmi-ls": NAMESPACE},
-    )
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    """Return the manifest of the layered standard for maps."""
+    return xml_bytes(manifest_root("fmiLayeredStandardManifest", NAME, VERSION, DESCRIPTION))
 
 
 def with_map_terminal(terminals: bytes, axes: Sequence[str]) -> bytes:
@@ -100,4 +99,4 @@ def with_map_terminal(terminals: bytes, axes: Sequence[str]) -> bytes:
                 memberName=name,
                 variableKind=f"{MEMBER}{role}",
             )
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    return xml_bytes(root)

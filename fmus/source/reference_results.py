@@ -19,14 +19,15 @@ from friction_models.expressions.onnx_session import onnx_session
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.intervals import MARGIN
 
+from ..archive.content import xml_bytes
 from ..interface.description import number
 from ..interface.friction_source import FrictionSource
+from ..interface.ls_struct import manifest_root
 from ..interface.quantities import USUAL, FrictionInterface
 
 #: Directory of the layered standard in the archive.
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 VERSION = "1.0.0-alpha.1"
-_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 _MANIFEST_TEXT = "Layered Standard providing information on related files included in an FMU."
 
 #: Communication points and their distance [s].
@@ -212,31 +213,19 @@ def _experiments(time: FloatArray) -> bytes:
     )
     etree.SubElement(experiment, "Stimuli", source="stimuli.csv")
     etree.SubElement(experiment, "References", source="references.csv")
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    return xml_bytes(root)
 
 
 def _manifest(files: dict[str, bytes]) -> bytes:
-    root = etree.Element(
-        "fmiReferences",
-        {
-            f"{{{_NAMESPACE}}}fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
-            f"{{{_NAMESPACE}}}fmi-ls-version": VERSION,
-            f"{{{_NAMESPACE}}}fmi-ls-description": _MANIFEST_TEXT,
-        },
-        nsmap={"fmi-ls": _NAMESPACE},
-    )
+    root = manifest_root("fmiReferences", "org.fmi-standard.fmi-ls-ref", VERSION, _MANIFEST_TEXT)
     for name, kind, role, text in (
         ("experiments.xml", "text/xml", "experiment/smoke-test", "the experiment"),
         ("stimuli.csv", "text/csv", "other", "its inputs"),
         ("references.csv", "text/csv", "result", "its outputs by ONNX Runtime"),
-    ):
-        digest = hashlib.sha3_256(files[name]).hexdigest()
-        etree.SubElement(
-            root, "Related", type=kind, source=name, role=role, description=text, checksum=digest
-        )
-    for name, kind, role, text in (
         ("../../resources/model.onnx", "application/onnx", "model", "the model as an ONNX graph"),
         ("../../documentation/index.html", "text/html", "document", "model card"),
     ):
-        etree.SubElement(root, "Related", type=kind, source=name, role=role, description=text)
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+        related = etree.SubElement(root, "Related", type=kind, source=name, role=role, description=text)
+        if name in files:
+            related.set("checksum", hashlib.sha3_256(files[name]).hexdigest())
+    return xml_bytes(root)

@@ -14,6 +14,7 @@ from lxml import etree
 
 from friction_models.common.build_time import build_time
 
+from ..archive.content import xml_bytes
 from ..interface.friction_source import FrictionSource
 
 PATH = "extra/org.ssp-standard.ssp-traceability.srmd/resourceMetaData.srmd"
@@ -42,7 +43,7 @@ def traceability_files(source: FrictionSource) -> dict[str, bytes]:
     head = about(source.name, str(source.card.get("author") or ""))
     root = etree.Element(f"{{{SRMD}}}SimulationResourceMetaData", head, nsmap={"srmd": SRMD, "stc": STC})
     classify(root, KIND, facts(source))
-    return {PATH: to_bytes(root)}
+    return {PATH: xml_bytes(root)}
 
 
 def about(name: str, author: str) -> dict[str, str]:
@@ -68,11 +69,6 @@ def classify(parent: etree._Element, kind: str, entries: Iterable[tuple[str, str
     group = etree.SubElement(parent, f"{{{STC}}}Classification", {"type": kind})
     for keyword, value in entries:
         etree.SubElement(group, f"{{{STC}}}ClassificationEntry", {"keyword": text_of(keyword)}).text = value
-
-
-def to_bytes(root: etree._Element) -> bytes:
-    """Return a file of metadata."""
-    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
 def facts(source: FrictionSource) -> Iterator[tuple[str, str]]:

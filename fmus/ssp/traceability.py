@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 
 from lxml import etree
 
-from ..archive.content import content_guid
+from ..archive.content import content_guid, xml_bytes
 from ..source.traceability import PATH as RESOURCE_PATH
-from ..source.traceability import SRMD, STC, about, classify, text_of, to_bytes
+from ..source.traceability import SRMD, STC, about, classify, text_of
 from .systems import DESCRIPTION, Structure
 
 TASK_PATH = "extra/org.ssp-standard.ssp-traceability.stmd/SimulationTask.stmd"
@@ -50,7 +50,7 @@ def traceability_files(
     system = _output(phase, "IntegrateSimulation")
     found = _resource(system, DESCRIPTION, "system", "system", "application/x-ssp-definition")
     classify(found, SYSTEM_KIND, [("sha256", hashlib.sha256(files[DESCRIPTION]).hexdigest())])
-    return {RESOURCE_PATH: to_bytes(resource), TASK_PATH: to_bytes(task)}
+    return {RESOURCE_PATH: xml_bytes(resource), TASK_PATH: xml_bytes(task)}
 
 
 def _output(phase: etree._Element, step: str) -> etree._Element:

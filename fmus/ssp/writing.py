@@ -11,7 +11,7 @@ from lxml import etree
 
 from friction_models.common import InputError
 
-from ..archive.content import check_content, read_description, write_archive
+from ..archive.content import check_content, read_description, write_archive, xml_bytes
 from .systems import (
     DESCRIPTION,
     OMS,
@@ -148,7 +148,7 @@ def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> byte
             "FixedStepAlgorithm",
             baseStepSize=repr(float(structure.step)),
         )
-    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
+    return xml_bytes(root)
 
 
 def _sub(parent: etree._Element, space: str, tag: str, **attributes: str) -> etree._Element:
