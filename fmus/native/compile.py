@@ -143,19 +143,8 @@ def _zig(zig: list[str], target: Platform, main: str, identifier: str, here: Pat
         # Headers are found when compiling; the C library of the compiler is left out when linking.
         _run([*command, *_FLAGS, "-c", source, "-o", "library.obj"], place)
         # What stands in for functions of C must not be turned into calls of them.
-        _run(
-            [
-                *command,
-                *_FLAGS,
-                "-fno-builtin",
-                "-ffunction-sections",
-                "-c",
-                f"../{_WINDOWS}",
-                "-o",
-                "windows.obj",
-            ],
-            place,
-        )
+        alone = ["-fno-builtin", "-ffunction-sections", "-c", f"../{_WINDOWS}", "-o", "windows.obj"]
+        _run([*command, *_FLAGS, *alone], place)
         link = ["-shared", "-nostdlib", "-s", "-Wl,--entry,DllMainCRTStartup", "-lucrtbase", "-lkernel32"]
         _run([*command, "library.obj", "windows.obj", *link, "-o", library], place)
         return _undated((place / library).read_bytes())

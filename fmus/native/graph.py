@@ -11,7 +11,7 @@ from friction_models.loads import LOADS
 from friction_models.models.intervals import MARGIN
 
 from .ops import infer_shape
-from .tensors import MAX_VALUES, Attributes, Graph, Step, Tensor, refuse, rules_of
+from .tensors import MAX_VALUES, Attributes, Graph, Step, Tensor, refuse
 
 #: Numbers that a graph may hold: twice as many take compilers a minute and gigabytes of memory.
 MAX_CONSTANTS = 1 << 21
@@ -20,13 +20,9 @@ MAX_CONSTANTS = 1 << 21
 def read_graph(content: bytes, where: str, states: int, system: int) -> Graph:
     """Read a serialized model with that many states of a point and system variables, as its metadata say.
 
+    What a damaged graph raises anywhere is for `rules_of`.
     Raises InputError: an operator, a shape or an input outside what can be translated.
     """
-    with rules_of(where):
-        return _read(content, where, states, system)
-
-
-def _read(content: bytes, where: str, states: int, system: int) -> Graph:
     import onnx
     from onnx import numpy_helper
 

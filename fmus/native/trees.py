@@ -15,14 +15,10 @@ def tree_tables(attributes: Attributes, features: int, tables: Tables, where: st
 
     Raises InputError: an index out of range, or a node that is reached twice.
     """
-    feature, split = (
-        attributes.array("nodes_featureids").astype(np.int64),
-        attributes.array("nodes_splits").astype(float),
-    )
-    weights, roots = (
-        attributes.array("leaf_weights").astype(float),
-        attributes.array("tree_roots").astype(np.int64),
-    )
+    feature = attributes.array("nodes_featureids").astype(np.int64)
+    split = attributes.array("nodes_splits").astype(float)
+    weights = attributes.array("leaf_weights").astype(float)
+    roots = attributes.array("tree_roots").astype(np.int64)
     sides = [
         (attributes.array(f"nodes_{s}nodeids").astype(np.int64), attributes.array(f"nodes_{s}leafs"))
         for s in ("true", "false")

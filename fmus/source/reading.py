@@ -104,10 +104,12 @@ def _file_source(
         return read_user_model(content, where, spec, python=target == "python")
     # Without metadata but with our signature: as it is where the generator reads it, else redrawn.
     from ..native.graph import read_graph
+    from ..native.tensors import rules_of
 
     source = parse_source(content, where)
     try:
-        read_graph(content, where, len(source.states), len(source.system))
+        with rules_of(where):
+            read_graph(content, where, len(source.states), len(source.system))
     except InputError as error:
         try:
             return read_user_model(content, where, spec, python=target == "python")

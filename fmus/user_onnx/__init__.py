@@ -169,12 +169,7 @@ def _with_metadata(content: bytes, metadata: dict[str, object]) -> bytes:
 
 def _card(content: bytes, name: str, spec: Spec, signature: Signature) -> dict[str, object]:
     entries: dict[str, object] = {"name": name, "family": spec.family}
-    texts = {
-        "formula": spec.formula,
-        "description": spec.description,
-        "author": spec.author,
-        "license": spec.license,
-    }
+    texts = {key: getattr(spec, key) for key in ("formula", "description", "author", "license")}
     entries |= {k: v for k, v in texts.items() if v}
     seen = {}
     for feed in signature.feeds:

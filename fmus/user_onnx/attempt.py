@@ -6,19 +6,17 @@ import json
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from friction_models.common import InputError
 from friction_models.common.processes.child_processes import python_command
 from friction_models.common.processes.timed import NotReady, run_timed, say_ready
 
+from .operators.nodes import Array
 from .parity import original_mu, session
 from .signature import Signature
 
-Array = npt.NDArray[Any]
 #: Longest time [s] that the graph may run, and most memory [bytes] of the process.
 TIME_LIMIT = 60.0
 MEMORY_LIMIT = 2 * 1024**3

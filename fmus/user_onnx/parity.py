@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from friction_models.common import InputError
+from friction_models.expressions.onnx_session import onnx_session
+from friction_models.expressions.parameters import first_line
 from friction_models.loads import LOADS
 
-from .operators.nodes import refuse
+from .operators.nodes import Array, refuse
 from .signature import Signature
 
-Array = npt.NDArray[Any]
 POINTS = 256
 #: Largest difference that counts as rounding, in units of the largest mu seen. Some kernels of
 #: float64 graphs hold constants in float32.
@@ -62,13 +62,10 @@ class Agreement:
 
 def session(content: bytes, where: str) -> Any:
     """Return a session of ONNX Runtime on one thread."""
-    from friction_models.expressions.onnx_session import onnx_session
-    from friction_models.expressions.parameters import first_line
-
     try:
         return onnx_session(content)
     except Exception as error:  # ONNX Runtime's error classes are not public
-        raise InputError(f"{where}: ONNX Runtime refuses the graph ({first_line(error)[:200]})") from None
+        raise InputError(f"{where}: ONNX Runtime refuses the graph ({first_line(error)})") from None
 
 
 def original_mu(running: Any, signature: Signature, points: Array, where: str) -> Array:
@@ -76,17 +73,13 @@ def original_mu(running: Any, signature: Signature, points: Array, where: str) -
 
     Raises InputError: the graph cannot be run, or gives other than one number a point.
     """
-    from friction_models.expressions.parameters import first_line
-
     parts = [points] if signature.batch else [points[k : k + 1] for k in range(len(points))]
     found = []
     for part in parts:
         try:
             result = running.run([signature.output], {f.name: f.fill(part) for f in signature.feeds})[0]
         except Exception as error:
-            raise InputError(
-                f"{where}: ONNX Runtime cannot run the graph ({first_line(error)[:200]})"
-            ) from None
+            raise InputError(f"{where}: ONNX Runtime cannot run the graph ({first_line(error)})") from None
         values = np.ravel(np.asarray(result, dtype=np.float64)) if hasattr(result, "shape") else np.empty(0)
         if values.size != len(part):
             raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -136,9 +137,7 @@ def array_of(tensor: onnx.TensorProto, where: str) -> tuple[Array, str]:
             f"{where}: {name} has element type {tensor.data_type}, allowed: real, whole or Boolean numbers"
         )
     dims = list(tensor.dims)
-    size = 1
-    for dim in dims:
-        size *= max(dim, 0)
+    size = math.prod(max(dim, 0) for dim in dims)
     if len(dims) > MAX_RANK or any(d < 0 for d in dims) or size > MAX_ELEMENTS:
         raise InputError(
             f"{where}: {name} has dimensions {dims!r:.80}, allowed: at most {MAX_RANK} and {MAX_ELEMENTS} elements"

@@ -7,16 +7,14 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOAD_NAMES, LOADS
 
 from ..interface.quantities import load_conversion
+from .operators.nodes import Array
 from .reading import ForeignInput
 from .spec import LoadEntry, Spec
-
-Array = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -132,8 +132,6 @@ FORMULAS: dict[str, tuple[dict[str, float], Callable[..., Any]]] = {
     "Tanh": ({}, lambda x, a: x.tanh(a)),
     "ThresholdedRelu": ({"alpha": 1.0}, lambda x, a, alpha: x.where(a > alpha, a, 0.0 * a)),
 }
-#: Names of the same formulas in ONNX Runtime's own domain.
-QUICK_GELU = 1.702
 _COMPARE: dict[str, Callable[[Any, Any], Any]] = {
     "Less": lambda a, b: a < b,
     "Greater": lambda a, b: a > b,
@@ -168,7 +166,7 @@ def gelu(c: Canvas, v: View) -> Tensor:
     if v.optional(1) is not None:  # FastGelu and BiasGelu add a bias first
         value = c.each(v.op, lambda a, b: a + b, value, v.tensor(1))
     if v.op == "QuickGelu":
-        alpha = float(v.attribute("alpha", QUICK_GELU))
+        alpha = float(v.attribute("alpha", 1.702))
         return c.each(v.op, lambda a: a * c.x.sigmoid(alpha * a), value)
     form = "tanh" if v.op == "FastGelu" else str(v.attribute("approximate", "none"))
     return c.each(v.op, lambda a: _gelu(c.x, a, form), value)
@@ -209,13 +207,9 @@ def compare(c: Canvas, v: View) -> Tensor:
 
 
 def _as_number(c: Canvas, tensor: Tensor) -> Tensor:
-    if tensor.kind != "bool":
-        return tensor
-    return (
-        c.number(tensor)
-        if isinstance(tensor, Symbol)
-        else Constant(tensor.array.astype(np.float64), "float64")
-    )
+    if isinstance(tensor, Symbol):
+        return c.number(tensor)
+    return Constant(tensor.array.astype(np.float64), "float64") if tensor.kind == "bool" else tensor
 
 
 def logic(c: Canvas, v: View) -> Tensor:
@@ -274,11 +268,9 @@ def cast(c: Canvas, v: View) -> Tensor:
             raise refuse(c.where, f"Cast to element type {code} is not translated")
         kind = KINDS[code]
     if isinstance(value, Constant):
-        array = (
-            np.nan_to_num(value.array) if kind == "int64" and value.kind.startswith("float") else value.array
-        )
-        if kind == "int64":
-            array = np.clip(array, -(2.0**62), 2.0**62) if array.dtype.kind == "f" else array
+        array = value.array
+        if kind == "int64" and array.dtype.kind == "f":  # NaN and what is too large have no whole number
+            array = np.clip(np.nan_to_num(array), -(2.0**62), 2.0**62)
         return Constant(c.typed(array, kind), kind)
     if value.kind == "bool" or kind == "bool":
         if value.kind == kind:

@@ -28,8 +28,8 @@ def scaler(c: Canvas, v: View) -> Tensor:
     """Translate Scaler: ``(x - offset) * scale``."""
     value = _row(c, v)
     offset, scale = (Constant(_numbers(v, n, value.size), value.kind) for n in ("offset", "scale"))
-    if value.kind == "int64":
-        value = Symbol(value.node, value.shape, "float32") if isinstance(value, Symbol) else value
+    if value.kind == "int64" and isinstance(value, Symbol):
+        value = Symbol(value.node, value.shape, "float32")
     shifted = c.each(v.op, lambda a, b: a - b, value, offset)
     return c.each(v.op, lambda a, b: a * b, shifted, scale)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -50,9 +51,7 @@ def reshape(c: Canvas, v: View) -> Tensor:
     wanted = _dimensions(v, 1, "the shape")
     if not v.attribute("allowzero", 0):
         wanted = [value.shape[k] if n == 0 and k < len(value.shape) else n for k, n in enumerate(wanted)]
-    rest = 1
-    for n in wanted:
-        rest *= n if n >= 0 else 1
+    rest = math.prod(n for n in wanted if n >= 0)
     if wanted.count(-1) == 1 and rest > 0 and value.size % rest == 0:
         wanted = [value.size // rest if n == -1 else n for n in wanted]
         rest = value.size

@@ -8,6 +8,7 @@ to element numbers, and at most one Gather in our graph.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
@@ -79,9 +80,7 @@ class Canvas:
 
     def room(self, shape: Sequence[int], what: str, symbolic: bool = False) -> None:
         """Refuse a result that would be too large, before it is made."""
-        size = 1
-        for n in shape:
-            size *= int(n)
+        size = math.prod(int(n) for n in shape)
         limit = MAX_WIDTH if symbolic else MAX_ELEMENTS
         if size > limit or any(n < 0 for n in shape) or len(shape) > 16:
             raise refuse(self.where, f"{what} makes {size} elements a point, allowed: at most {limit}")

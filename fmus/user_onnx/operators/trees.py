@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -218,7 +217,7 @@ class _Tree:
 
 def _normal(c: Canvas, v: View, forest: Forest, features: int, single: bool) -> list[_Tree]:
     """Return the trees with ``<=`` tests only; no node may be reached twice."""
-    below: Callable[[float], float] = _below32 if single else _below64
+    real = np.float32 if single else np.float64
     count = len(forest.feature)
     seen = bytearray(count)
     result: list[_Tree] = []
@@ -245,9 +244,9 @@ def _normal(c: Canvas, v: View, forest: Forest, features: int, single: bool) -> 
             true, false = forest.true[k], forest.false[k]
             if name in {"BRANCH_GT", "BRANCH_GTE", "BRANCH_NEQ"}:
                 true, false = false, true
-            limits = {"BRANCH_LT": below(split), "BRANCH_GTE": below(split)}
+            below = float(np.nextafter(real(split), real(-np.inf)))  # x < split: x <= the number below it
             tree.feature.append(forest.feature[k])
-            tree.split.append(limits.get(name, split))
+            tree.split.append(below if name in {"BRANCH_LT", "BRANCH_GTE"} else split)
             tree.left.append(true)
             tree.right.append(false)
             if name in {"BRANCH_EQ", "BRANCH_NEQ"}:
@@ -255,7 +254,7 @@ def _normal(c: Canvas, v: View, forest: Forest, features: int, single: bool) -> 
                 if false >= 0:
                     raise refuse(c.where, f"{v.op} with {name} above more than a leaf is not translated")
                 tree.feature.append(forest.feature[k])
-                tree.split.append(below(split))
+                tree.split.append(below)
                 tree.left[here], tree.right[here] = here + 1, false
                 tree.left.append(false)
                 tree.right.append(true)
@@ -265,14 +264,6 @@ def _normal(c: Canvas, v: View, forest: Forest, features: int, single: bool) -> 
             stack += [entry for entry in children if entry[0] >= 0]
         result.append(tree)
     return result
-
-
-def _below32(value: float) -> float:
-    return float(np.nextafter(np.float32(value), np.float32(-np.inf)))
-
-
-def _below64(value: float) -> float:
-    return float(np.nextafter(value, -np.inf))
 
 
 def _draw(c: Canvas, value: Symbol, trees: list[_Tree], weights: Array, share: float) -> Any:
