@@ -13,9 +13,8 @@ from lxml import etree
 from friction_models.common import InputError
 
 from ..archive.content import MAX_DESCRIPTION_BYTES, parse_xml, read_member, read_members, unpack_members
-from .systems import DESCRIPTION, OMS, OSP, OWN, SSC, SSD, SSV, Component, Connector, Structure, Value
+from .systems import DESCRIPTION, SPACES, Component, Connector, Structure, Value
 
-_SPACES = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP, "oms": OMS, "own": OWN}
 #: Our notes are small; what is larger is not ours.
 _MAX_NOTES = 1_000_000
 
@@ -47,9 +46,9 @@ def read_ssp(path: str | os.PathLike[str]) -> Structure:
     if DESCRIPTION not in members:
         raise InputError(f"{file}: not an SSP: there is no {DESCRIPTION} in the archive")
     root = parse_xml(read_member(file, DESCRIPTION, MAX_DESCRIPTION_BYTES), f"{file}: {DESCRIPTION}")
-    if root.tag != f"{{{SSD}}}SystemStructureDescription":
+    if root.tag != f"{{{SPACES['ssd']}}}SystemStructureDescription":
         raise InputError(f"{file}: {DESCRIPTION} holds {root.tag!r}, allowed: an SSP 1.0 system structure")
-    system = root.find("ssd:System", _SPACES)
+    system = root.find("ssd:System", SPACES)
     if system is None:
         raise InputError(f"{file}: {DESCRIPTION} has no System")
     return _Reader(file, set(members)).structure(root, system)
@@ -70,12 +69,12 @@ class _Reader:
             ("ssd:Elements/ssd:System", "nested systems"),
             ("ssd:Elements/ssd:SignalDictionaryReference", "signal dictionaries"),
         ):
-            if system.find(tag, _SPACES) is not None:
+            if system.find(tag, SPACES) is not None:
                 raise InputError(f"{self.file}: {what} are not read, allowed: components of one level")
         name = str(system.get("name") or root.get("name") or self.file.stem)
         result = Structure(name, connectors=_connectors(system), start=self._start(system, name))
         result.components = [
-            self._component(e) for e in system.iterfind("ssd:Elements/ssd:Component", _SPACES)
+            self._component(e) for e in system.iterfind("ssd:Elements/ssd:Component", SPACES)
         ]
         names = [c.name for c in result.components]
         if not names:
@@ -84,9 +83,9 @@ class _Reader:
             twice = next(n for n in names if names.count(n) > 1)
             raise InputError(f"{self.file}: component {twice!r} stands twice, allowed: once")
         known = {*names, ""}
-        for element in system.iterfind("ssd:Connections/ssd:Connection", _SPACES):
+        for element in system.iterfind("ssd:Connections/ssd:Connection", SPACES):
             result.connections.append(self._connection(element, known))
-        experiment = root.find("ssd:DefaultExperiment", _SPACES)
+        experiment = root.find("ssd:DefaultExperiment", SPACES)
         if experiment is not None:
             begin = self._number(experiment, "startTime")
             if begin:
@@ -103,7 +102,7 @@ class _Reader:
                 f"{self.file}: component name {name!r} cannot be used, allowed: a name without '.' and '->'"
             )
         if (
-            element.find("ssd:ParameterBindings/ssd:ParameterBinding/ssd:ParameterMapping", _SPACES)
+            element.find("ssd:ParameterBindings/ssd:ParameterBinding/ssd:ParameterMapping", SPACES)
             is not None
         ):
             raise InputError(f"{self.file}: component {name!r} has a parameter mapping, which is not read")
@@ -134,15 +133,15 @@ class _Reader:
 
     def _start(self, element: etree._Element, what: str) -> dict[str, Value]:
         values: dict[str, Value] = {}
-        for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _SPACES):
+        for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", SPACES):
             prefix = str(binding.get("prefix") or "")
-            sets = binding.findall("ssd:ParameterValues/ssv:ParameterSet", _SPACES)
+            sets = binding.findall("ssd:ParameterValues/ssv:ParameterSet", SPACES)
             source = binding.get("source")
             if source is not None:
                 place = self._inside(source, f"{what}: parameter values")
                 content = read_member(self.file, place, MAX_DESCRIPTION_BYTES)
                 sets.append(parse_xml(content, f"{self.file}: {place}"))
-            for parameter in (p for s in sets for p in s.iterfind("ssv:Parameters/ssv:Parameter", _SPACES)):
+            for parameter in (p for s in sets for p in s.iterfind("ssv:Parameters/ssv:Parameter", SPACES)):
                 name = prefix + str(parameter.get("name") or "")
                 values[name] = self._value(parameter, f"{what}: parameter {name!r}")
         return values
@@ -189,13 +188,13 @@ class _Reader:
             (root, ".//osp:FixedStepAlgorithm", "baseStepSize"),
             (system, ".//oms:FixedStepMaster", "stepSize"),
         ):
-            found = place.find(tag, _SPACES)
+            found = place.find(tag, SPACES)
             if found is not None:
                 return self._number(found, key)
         return None
 
     def _notes(self, system: etree._Element) -> dict[str, object]:
-        found = system.find("ssd:Annotations/ssc:Annotation/own:Notes", _SPACES)
+        found = system.find("ssd:Annotations/ssc:Annotation/tribofmu:Notes", SPACES)
         text = "" if found is None else str(found.text or "")
         if not text or len(text) > _MAX_NOTES:
             return {}
@@ -208,9 +207,10 @@ class _Reader:
 
 def _connectors(element: etree._Element) -> list[Connector]:
     found = []
-    for connector in element.iterfind("ssd:Connectors/ssd:Connector", _SPACES):
+    for connector in element.iterfind("ssd:Connectors/ssd:Connector", SPACES):
         typed = next(
-            (e for e in connector if isinstance(e.tag, str) and e.tag.startswith(f"{{{SSC}}}")), None
+            (e for e in connector if isinstance(e.tag, str) and e.tag.startswith(f"{{{SPACES['ssc']}}}")),
+            None,
         )
         kind = "Real" if typed is None else str(etree.QName(typed).localname)
         unit = "" if typed is None else str(typed.get("unit") or "")

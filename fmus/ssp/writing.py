@@ -14,15 +14,10 @@ from friction_models.common import InputError
 from ..archive.content import check_content, read_description, write_archive, xml_bytes
 from .systems import (
     DESCRIPTION,
-    OMS,
     OMS_TYPE,
-    OSP,
     OSP_TYPE,
-    OWN,
     OWN_TYPE,
-    SSC,
-    SSD,
-    SSV,
+    SPACES,
     Component,
     Connector,
     Structure,
@@ -92,20 +87,18 @@ def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> byte
     >>> b'source="resources/friction.fmu"' in text
     True
     """
-    spaces = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP, "oms": OMS, "tribofmu": OWN}
-    root = etree.Element(f"{{{SSD}}}SystemStructureDescription", nsmap=spaces)
+    root = etree.Element(_name("ssd:SystemStructureDescription"), nsmap=SPACES)
     root.set("version", "1.0")
     root.set("name", structure.name)
     root.set("generationTool", "tribofmu")
-    system = _sub(root, SSD, "System", name=structure.name)
+    system = _sub(root, "ssd:System", name=structure.name)
     _connectors(system, structure.connectors)
     _bindings(system, structure.start, structure)
-    elements = _sub(system, SSD, "Elements")
+    elements = _sub(system, "ssd:Elements")
     for component in structure.components:
         element = _sub(
             elements,
-            SSD,
-            "Component",
+            "ssd:Component",
             name=component.name,
             type="application/x-fmu-sharedlibrary",
             source=component.source,
@@ -114,54 +107,59 @@ def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> byte
         _connectors(element, component.connectors)
         _bindings(element, component.start, component)
     if structure.connections:
-        connections = _sub(system, SSD, "Connections")
+        connections = _sub(system, "ssd:Connections")
         for start, output, end, given in structure.connections:
-            link = _sub(connections, SSD, "Connection")
+            link = _sub(connections, "ssd:Connection")
             for key, value in zip(
                 ("startElement", "startConnector", "endElement", "endConnector"), (start, output, end, given)
             ):
                 if value:
                     link.set(key, str(value))
-    notes = _sub(system, SSD, "Annotations")
+    notes = _sub(system, "ssd:Annotations")
     if structure.step:  # first: OMSimulator takes the first annotation for its own
-        oms = _sub(_sub(notes, SSC, "Annotation", type=OMS_TYPE), OMS, "Annotations")
-        master = _sub(_sub(oms, OMS, "SimulationInformation"), OMS, "FixedStepMaster", description="oms-ma")
+        oms = _sub(_sub(notes, "ssc:Annotation", type=OMS_TYPE), "oms:Annotations")
+        master = _sub(_sub(oms, "oms:SimulationInformation"), "oms:FixedStepMaster", description="oms-ma")
         master.set("stepSize", repr(float(structure.step)))
         master.set("absoluteTolerance", "0.0001")
         master.set("relativeTolerance", "0.0001")
-    own = _sub(notes, SSC, "Annotation", type=OWN_TYPE)
-    _sub(own, OWN, "Notes").text = json.dumps(
+    own = _sub(notes, "ssc:Annotation", type=OWN_TYPE)
+    _sub(own, "tribofmu:Notes").text = json.dumps(
         structure.notes | ({"communication_step": structure.step} if structure.step else {}), sort_keys=True
     )
     if units:
-        parent = _sub(root, SSD, "Units")
+        parent = _sub(root, "ssd:Units")
         for name, base in units.items():
-            _sub(_sub(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)
-    experiment = _sub(root, SSD, "DefaultExperiment", startTime="0.0")
+            _sub(_sub(parent, "ssc:Unit", name=name), "ssc:BaseUnit", **base)
+    experiment = _sub(root, "ssd:DefaultExperiment", startTime="0.0")
     if structure.stop is not None:
         experiment.set("stopTime", repr(float(structure.stop)))
     if structure.step:
-        note = _sub(_sub(experiment, SSD, "Annotations"), SSC, "Annotation", type=OSP_TYPE)
+        note = _sub(_sub(experiment, "ssd:Annotations"), "ssc:Annotation", type=OSP_TYPE)
         _sub(
-            _sub(note, OSP, "Algorithm"),
-            OSP,
-            "FixedStepAlgorithm",
+            _sub(note, "osp:Algorithm"),
+            "osp:FixedStepAlgorithm",
             baseStepSize=repr(float(structure.step)),
         )
     return xml_bytes(root)
 
 
-def _sub(parent: etree._Element, space: str, tag: str, **attributes: str) -> etree._Element:
-    return etree.SubElement(parent, f"{{{space}}}{tag}", attributes)
+def _name(tag: str) -> str:
+    """Return a tag with a prefix of `SPACES` as lxml takes it."""
+    prefix, _, name = tag.partition(":")
+    return f"{{{SPACES[prefix]}}}{name}"
+
+
+def _sub(parent: etree._Element, tag: str, **attributes: str) -> etree._Element:
+    return etree.SubElement(parent, _name(tag), attributes)
 
 
 def _connectors(parent: etree._Element, connectors: Sequence[Connector]) -> None:
     if not connectors:
         return
-    place = _sub(parent, SSD, "Connectors")
+    place = _sub(parent, "ssd:Connectors")
     for connector in connectors:
         typed = _sub(
-            _sub(place, SSD, "Connector", name=connector.name, kind=connector.kind), SSC, connector.type
+            _sub(place, "ssd:Connector", name=connector.name, kind=connector.kind), f"ssc:{connector.type}"
         )
         if connector.type == "Real" and connector.unit:
             typed.set("unit", connector.unit)
@@ -173,15 +171,15 @@ def _bindings(parent: etree._Element, start: Mapping[str, Value], owner: Structu
     if not start:
         return
     types = {c.name: c.type for c in owner.connectors}
-    binding = _sub(_sub(parent, SSD, "ParameterBindings"), SSD, "ParameterBinding")
-    place = _sub(_sub(binding, SSD, "ParameterValues"), SSV, "ParameterSet", version="1.0", name="start")
-    place = _sub(place, SSV, "Parameters")
+    binding = _sub(_sub(parent, "ssd:ParameterBindings"), "ssd:ParameterBinding")
+    place = _sub(_sub(binding, "ssd:ParameterValues"), "ssv:ParameterSet", version="1.0", name="start")
+    place = _sub(place, "ssv:Parameters")
     for name, value in start.items():
         kind = types.get(name) or _kind(value)
         text = str(value).lower() if isinstance(value, bool) else str(value)
         if kind == "Real":
             text = repr(float(value))
-        _sub(_sub(place, SSV, "Parameter", name=name), SSV, kind, value=text)
+        _sub(_sub(place, "ssv:Parameter", name=name), f"ssv:{kind}", value=text)
 
 
 def _kind(value: Value) -> str:
