@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from numbers import Integral
 from pathlib import Path
 from typing import Any
@@ -24,12 +26,13 @@ from ..interface.friction_variables import NAMES as FMI3_NAMES
 from ..interface.ls_struct import map_axes
 from ..interface.quantities import parameter_arrays
 from ..pages.friction_page import friction_documents
-from ..source.diagnosis import with_diagnosis
 from ..source.reading import read_source
 
 FMI_VERSIONS = ("2.0", "3.0")
 #: The first three are FMUs; those of `fmus.exports` are folders of sources or tables.
 TARGETS = ("native", "python", "map", *EXPORT_TARGETS)
+#: What the card of an FMU takes over from a diagnosis; the whole answer stays in its file, which the digest names.
+_TAKEN = ("verdict", "sentence", "effects", "confusion_set", "confidence", "model", "synthetic")
 #: Longest name of an FMU: it names files and functions.
 _MAX_NAME = 64
 
@@ -171,8 +174,17 @@ def _read(
     target: str,
     diagnosis: str | os.PathLike[str] | None,
 ) -> FrictionSource:
+    """Read the model; the verdict of a diagnosis, which ``diagnose --json`` wrote to a file, goes into its card."""
     source = read_source(model, spec=spec, target=target)
-    return source if diagnosis is None else with_diagnosis(source, diagnosis)
+    if diagnosis is None:
+        return source
+    from friction_models.discovery.answer.changes import read_diagnosis
+
+    file = Path(diagnosis)
+    answer = read_diagnosis(file)
+    told = {key: answer[key] for key in _TAKEN if key in answer}
+    told["file_sha256"] = hashlib.sha256(file.read_bytes()).hexdigest()
+    return replace(source, card=source.card | {"diagnosis": told})
 
 
 def as_map(source: FrictionSource, **options: Any) -> FrictionSource:
