@@ -36,8 +36,7 @@ _TEMPLATES = Path(__file__).parent / "templates"
 def template(name: str, values: Mapping[str, str]) -> str:
     """Return a template with ``@KEY@`` replaced; a key without a value is a mistake in this package."""
     text = (_TEMPLATES / name).read_text(encoding="utf-8")
-    text = re.sub(r"@([A-Z_0-9]+)@", lambda found: values[found[1]], text)
-    return text
+    return re.sub(r"@([A-Z_0-9]+)@", lambda found: values[found[1]], text)
 
 
 def checked_options(target: str, options: Mapping[str, _T], allowed: Collection[str]) -> dict[str, _T]:

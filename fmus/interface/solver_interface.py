@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypedDict
+from typing import Any
 
 from friction_models.loads import Quantity
 
@@ -47,14 +47,6 @@ def indexed(q: Quantity, n: int, i: int) -> Variable:
     return signal(name, q.unit, q.meaning, q.nominal, q.lower, q.upper, q.nominal)
 
 
-class _Computed(TypedDict):
-    """What the variables that the solver computes have in common; fields of `Variable`."""
-
-    initial: str
-    depends: tuple[str, ...]
-    initial_depends: tuple[str, ...]
-
-
 @dataclass(frozen=True)
 class SolverInterface:
     """A solver as an FMU.
@@ -87,7 +79,7 @@ class SolverInterface:
     def variables(self) -> list[Variable]:
         """Return all variables in file order."""
         # Outputs answer the inputs of the step before: no direct dependence, no algebraic loop for any master.
-        computed: _Computed = {
+        computed: dict[str, Any] = {
             "initial": "calculated",
             "depends": (),
             "initial_depends": tuple(self.parameters),

@@ -2,24 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Iterable
-from ctypes import (
-    POINTER,
-    c_bool,
-    c_double,
-    c_float,
-    c_int,
-    c_int8,
-    c_int16,
-    c_int32,
-    c_int64,
-    c_size_t,
-    c_uint,
-    c_uint8,
-    c_uint16,
-    c_uint32,
-    c_uint64,
-)
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -35,20 +19,20 @@ if TYPE_CHECKING:
 
 #: How values of a type lie in memory, by the name that FMI's get and set functions give the type.
 C_TYPES: dict[str, type[_SimpleCData[Any]]] = {
-    "fmi2Real": c_double,
-    "fmi2Integer": c_int,
-    "fmi2Boolean": c_int,
-    "fmi3Float64": c_double,
-    "fmi3Float32": c_float,
-    "fmi3Int8": c_int8,
-    "fmi3UInt8": c_uint8,
-    "fmi3Int16": c_int16,
-    "fmi3UInt16": c_uint16,
-    "fmi3Int32": c_int32,
-    "fmi3UInt32": c_uint32,
-    "fmi3Int64": c_int64,
-    "fmi3UInt64": c_uint64,
-    "fmi3Boolean": c_bool,
+    "fmi2Real": ctypes.c_double,
+    "fmi2Integer": ctypes.c_int,
+    "fmi2Boolean": ctypes.c_int,
+    "fmi3Float64": ctypes.c_double,
+    "fmi3Float32": ctypes.c_float,
+    "fmi3Int8": ctypes.c_int8,
+    "fmi3UInt8": ctypes.c_uint8,
+    "fmi3Int16": ctypes.c_int16,
+    "fmi3UInt16": ctypes.c_uint16,
+    "fmi3Int32": ctypes.c_int32,
+    "fmi3UInt32": ctypes.c_uint32,
+    "fmi3Int64": ctypes.c_int64,
+    "fmi3UInt64": ctypes.c_uint64,
+    "fmi3Boolean": ctypes.c_bool,
 }
 
 
@@ -102,18 +86,18 @@ class Port:
                 starts += variable.starts
         places = [offsets[self.variables[i].reference] + self.variables[i].element for i in rows]
         kind = C_TYPES[exchange]
-        own = kind is c_double and places == list(range(len(starts))) and rows == places
+        own = kind is ctypes.c_double and places == list(range(len(starts))) and rows == places
         whole = own and len(rows) == len(self.variables)
         # No copy where the values are the buffer: the FMU reads and writes the array itself.
         buffer = self.values if whole else np.array(starts).astype(kind)
-        references = (c_uint * len(offsets))(*offsets)
+        references = (ctypes.c_uint * len(offsets))(*offsets)
         arguments: tuple[Any, ...] = (
             references,
-            c_size_t(len(offsets)),
-            buffer.ctypes.data_as(POINTER(kind)),
+            ctypes.c_size_t(len(offsets)),
+            buffer.ctypes.data_as(ctypes.POINTER(kind)),
         )
         if exchange.startswith("fmi3"):
-            arguments += (c_size_t(len(buffer)),)
+            arguments += (ctypes.c_size_t(len(buffer)),)
         if whole:
             return Group(exchange, None, None, buffer, arguments)
         return Group(

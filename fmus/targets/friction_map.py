@@ -13,7 +13,7 @@ import json
 import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -42,17 +42,15 @@ _COMPARED = 200
 def friction_map(
     source: FrictionSource,
     axes: str | Sequence[str] | None = None,
-    points: Mapping[str, int] | None = None,
     limits: Mapping[str, Sequence[float]] | None = None,
-    fixed: Mapping[str, float] | None = None,
-    system: Mapping[str, float] | None = None,
     tolerance: float = 1e-3,
     max_rows: int = 512,
-    start_memory: bool = False,
+    **given: Any,
 ) -> FrictionSource:
     """Return a friction model that interpolates mu linearly on a grid of one to three loads.
 
-    Beyond its outer sampling points the map keeps their values.
+    Beyond its outer sampling points the map keeps their values. Its `note` says how far it is from the model at points of the
+    trained domain.
     Raises InputError: what `tabulate` refuses; more than three axes; a load without a range.
 
     Parameters
@@ -63,13 +61,8 @@ def friction_map(
         Loads that the map goes over; by default those that change mu by more than `tolerance`, at most three.
     max_rows : int
         Most values of the map.
-    points, limits, fixed, system, tolerance, start_memory
+    limits, tolerance, **given
         As of `fmus.exports.numbers.table_target.tabulate`.
-
-    Returns
-    -------
-    FrictionSource
-        The map; its `note` says how far it is from the model at points of the trained domain.
 
     Examples
     --------
@@ -86,13 +79,10 @@ def friction_map(
     table = tabulate(
         source,
         axes=chosen,
-        points=points,
         limits=limits,
-        fixed=fixed,
-        system=system,
         tolerance=tolerance,
         max_rows=options.whole("max_rows", max_rows, 2 ** len(chosen), MAX_VALUES),
-        start_memory=start_memory,
+        **given,
     )
     for name, lines in table.axes.items():
         if len(lines) < 2:

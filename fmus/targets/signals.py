@@ -84,4 +84,4 @@ def pack_signals(
         experiment=(communication_step or float(times[-1]) / 100.0, float(times[-1])),
         fixed={"edges": times.tolist(), "means": rows},
     )
-    return write_solver_fmu(path, interface, "python", None, None)
+    return write_solver_fmu(path, interface, "python")

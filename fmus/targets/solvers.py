@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
-from friction_models.loads import LOADS, MU
+from friction_models.loads import LOADS, MU, QUANTITIES
 
 from ..archive.content import write_archive
 from ..archive.made_here import remember
@@ -137,13 +137,10 @@ def pack_forming(
     n = made.n_points
     known = constructor_parameters(solver)
     told = [name for name in made.units if name not in _FIXED]
-    numbers = {name: p.default for name, p in known.items() if name in told} | {
-        name: value for name, value in kwargs.items() if name in told
-    }
+    numbers = {name: kwargs.get(name, p.default) for name, p in known.items() if name in told}
     meanings = meanings_of(solver)
-    words = _FORMING_WORDS
     surface = _SURFACES[process]
-    outputs = [replace(indexed(q, n, i), description=words[q.name]) for q in LOADS for i in range(n)]
+    outputs = [replace(indexed(q, n, i), description=_FORMING_WORDS[q.name]) for q in LOADS for i in range(n)]
     outputs += [
         signal("stroke", "mm", "travel of the punch"),
         signal("force", "kN", f"punch force of {made.name}, positive against the motion of the punch"),
@@ -257,7 +254,7 @@ def pack_twin(
             f"communication_step = {communication_step!r} s and duration = {duration!r} s, "
             "allowed: 0 < communication_step <= duration"
         )
-    T = next(q for q in LOADS if q.name == "T")
+    T = QUANTITIES["T"]
     tool = "temperature of punch and fresh plate"
     interface = SolverInterface(
         solver="twin",
@@ -301,8 +298,8 @@ def write_solver_fmu(
     path: str | os.PathLike[str],
     interface: SolverInterface,
     target: str,
-    platforms: Sequence[str] | None,
-    python: str | None,
+    platforms: Sequence[str] | None = None,
+    python: str | None = None,
 ) -> Path:
     """Write a solver FMU."""
     if target not in SOLVER_TARGETS:
