@@ -126,7 +126,7 @@ def _around_c(
     values = c_values(source, prefix)
     values["FORTRAN_MODEL"] = template("model.f", values)
     return {
-        **c_sources(source, prefix),
+        **c_sources(source, values),
         **files_of(source, prefix, values, **options),
         "README.txt": template(f"readme_{target}.txt", values),
         **documents(source),

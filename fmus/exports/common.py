@@ -8,7 +8,6 @@ import os
 import re
 import tempfile
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -154,51 +153,6 @@ class Reference:
         outside = np.maximum(np.maximum(lower - loads, loads - upper), 0.0)
         with np.errstate(invalid="ignore"):
             return np.where(outside > 0.0, outside / scale, 0.0).max(axis=1)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Points and a short history with the values that ONNX Runtime gives there; for the self-tests.
-
-    `points` are loads, shape (n, 5), inside the domain first, then beyond it; `clamped` and `free` mu with and without
-    clamping, `distance` the domain distance, shape (n,). `dt` and `stepped` are a history over the first points: time steps,
-    and mu after each step, shape (m,).
-    """
-
-    points: FloatArray
-    clamped: FloatArray
-    free: FloatArray
-    distance: FloatArray
-    dt: FloatArray
-    stepped: FloatArray
-
-
-def trial(source: FrictionSource, inside: int = 24, outside: int = 8, steps: int = 12) -> Trial:
-    """Compute the reference values of the self-tests; the same model gives the same values."""
-    reference = Reference(source)
-    lower, upper = test_box(source)
-    rng = np.random.default_rng(20)
-    points = rng.uniform(lower, upper, size=(inside + outside, len(LOADS)))
-    points[0], points[1] = lower, upper
-    points[inside:] += rng.choice([-0.2, 0.2], size=(outside, len(LOADS))) * (upper - lower)
-    points[inside:] = np.clip(points[inside:], *reference.limits)
-    # A law may have no value far outside its data; the FMU refuses there and a self-test has nothing to compare.
-    lost = ~np.isfinite(reference.model.predict(points))
-    points[lost] = np.clip(points[lost], *reference.domain)
-    dt = rng.uniform(1e-3, 2e-2, size=steps)
-    stepped = np.empty(steps)
-    state = reference.model.start_state(1)
-    for k in range(steps):
-        state = reference.step(points[k : k + 1], state, float(dt[k]))
-        stepped[k] = reference.mu(points[k : k + 1], state)[0]
-    return Trial(
-        points,
-        reference.mu(points),
-        reference.mu(points, clamp=False),
-        reference.distance(points),
-        dt,
-        stepped,
-    )
 
 
 def licence() -> str:

@@ -81,11 +81,6 @@ class FrictionSource:
         limits = [self.domain.get(q.name, (q.lower, q.upper)) for q in LOADS]
         return Domain(tuple(low for low, _ in limits), tuple(high for _, high in limits), self.absent)
 
-    @property
-    def labels(self) -> dict[str, tuple[str, ...]]:
-        """Labels of the numbers 0, 1, 2 ... of the system variables that are text in the metadata of tests."""
-        return {p.name: p.labels for p in self.system if p.labels}
-
     def system_values(self, loads: TriboLoads) -> dict[str, FloatArray]:
         """Return the system variables that the table of tests gives, shape (n,) each; labels as numbers."""
         found = {}

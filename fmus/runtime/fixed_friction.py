@@ -87,11 +87,9 @@ class Evaluation:
                 raise InputError(f"{self.fmu.path}: the FMU refuses ordinary loads ({error})") from None
         if not len(array):
             return np.empty(0)
-        return (
-            self.at_once(array, start, outputs)
-            if times is None
-            else self.in_steps(array, *times, start, outputs)
-        )
+        if times is None:
+            return self.at_once(array, start, outputs)
+        return self.in_steps(array, *times, start, outputs)
 
     def _answers_late(self) -> bool:
         """Return whether mu follows the loads only after a step."""
@@ -255,7 +253,7 @@ class FmuModel:
         self.source = packed if names is None else None
         #: The trained domain that a model of ours in the FMU records; the physical limits without one.
         self.domain = Domain.physical() if packed is None else packed.box
-        self._bounds: list[list[str]] = [[n] if n in self._fmu.arrays else [] for n in ("mu_low", "mu_high")]
+        self._bounds = [n for n in ("mu_low", "mu_high") if n in self._fmu.arrays]
         if names is not None:
             self._values(np.empty((0, len(LOAD_NAMES))), None, {}, self._evaluation.outputs)
 
@@ -308,7 +306,7 @@ class FmuModel:
     @property
     def interval_level(self) -> float | None:
         """Level of the prediction interval that the FMU gives out, None without one."""
-        return self.source.interval if self.source is not None and all(self._bounds) else None
+        return self.source.interval if self.source is not None and len(self._bounds) == 2 else None
 
     def predict_interval_frame(
         self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
@@ -327,10 +325,8 @@ class FmuModel:
                 f"{self.path}: level {level:g}; allowed: {self.interval_level:g}, which the FMU was packed with"
             )
         loads = TriboLoads.from_frame(data, tests)
-        low, high = (self._read(loads, names) for names in self._bounds)
-        return pd.Series(low, index=data.index, name="mu_low"), pd.Series(
-            high, index=data.index, name="mu_high"
-        )
+        low, high = (pd.Series(self._read(loads, [n]), index=data.index, name=n) for n in self._bounds)
+        return low, high
 
     def _read(self, loads: TriboLoads | npt.ArrayLike, outputs: list[str]) -> FloatArray:
         """Return one output of every contact point at loads, shape (n,)."""

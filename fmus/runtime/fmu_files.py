@@ -102,10 +102,6 @@ class FmuDescription:
         """Names of the structural parameters (FMI 3.0)."""
         return [name for name, v in self.variables.items() if v.causality == "structuralParameter"]
 
-    def structural(self) -> list[tuple[Variable, int]]:
-        """Return the structural parameters that differ from their start values, and their values."""
-        return [(self.variables[name], value) for name, value in self.sizes.items()]
-
     def limits(self, name: str) -> tuple[int, int | None]:
         """Return the smallest and the largest value of a structural parameter, None without a limit."""
         # Not through floating point, as they may have 64 bits.

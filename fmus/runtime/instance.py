@@ -91,10 +91,9 @@ class LoadedFmu:
 
     def _configure(self) -> None:
         """Set the structural parameters (FMI 3.0) that differ from their start values."""
-        chosen = self.fmu.structural()
-        if chosen:
+        if self.fmu.sizes:
             self.slave.call("EnterConfigurationMode")
-            self._assign(chosen)
+            self._assign((self.fmu.variables[name], value) for name, value in self.fmu.sizes.items())
             self.slave.call("ExitConfigurationMode")
 
     def _not_created(self, cause: str) -> Exception:

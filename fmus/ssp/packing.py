@@ -11,7 +11,7 @@ from friction_models.common import InputError
 
 from ..runtime.fmu_files import describe
 from ..targets.packing import pack
-from .systems import TYPES, Component, Connector, Structure, Value
+from .systems import TYPES, Component, Connector, Structure
 from .writing import write_ssp
 
 
@@ -53,7 +53,7 @@ def pack_ssp(model: object, path: str | os.PathLike[str], boundary: bool = False
         return write_ssp(path, single(fmu, boundary=boundary), {"resources/friction.fmu": fmu})
 
 
-def single(fmu: str | os.PathLike[str], name: str = "friction", boundary: bool = False) -> Structure:
+def single(fmu: str | os.PathLike[str], boundary: bool = False) -> Structure:
     """Return the structure of a system that is this FMU alone; with `boundary` its variables are the system's.
 
     Examples
@@ -76,21 +76,22 @@ def single(fmu: str | os.PathLike[str], name: str = "friction", boundary: bool =
         for v in scalars.values()
         if v.causality == kind
     ]
-    links = [
-        ("", c.name, name, c.name) if c.kind == "input" else (name, c.name, "", c.name) for c in connectors
-    ]
-    given = [scalars[c.name] for c in connectors if c.kind == "input"]
-    start: dict[str, Value] = {
-        v.own: v.starts[0] for v in given if v.type == "Real" and v.start_text is not None
-    }
     experiment = description.raw.defaultExperiment
     stop, step = (getattr(experiment, key, None) for key in ("stopTime", "stepSize"))
-    return Structure(
-        name,
-        [Component(name, f"resources/{name}.fmu", connectors)],
-        links if boundary else [],
-        list(connectors) if boundary else [],
-        start if boundary else {},
+    system = Structure(
+        "friction",
+        [Component("friction", "resources/friction.fmu", connectors)],
         stop=1.0 if stop is None else float(stop),
         step=0.01 if step is None else float(step),
     )
+    if boundary:
+        inputs = [c.name for c in connectors if c.kind == "input"]
+        outputs = [c.name for c in connectors if c.kind == "output"]
+        system.connectors = list(connectors)
+        system.connections = [("", n, "friction", n) for n in inputs] + [
+            ("friction", n, "", n) for n in outputs
+        ]
+        for v in (scalars[n] for n in inputs):
+            if v.type == "Real" and v.start_text is not None:
+                system.start[v.own] = v.starts[0]
+    return system

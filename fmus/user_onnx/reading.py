@@ -255,9 +255,7 @@ def _node(node: onnx.NodeProto, where: str) -> ForeignNode:
     attributes = {a.name: _attribute(a, node, where) for a in node.attribute}
     domain = "" if node.domain == "ai.onnx" else node.domain
     label = node.name or node.op_type
-    return ForeignNode(
-        node.op_type, domain, attributes, tuple(node.input), tuple(n for n in node.output), label
-    )
+    return ForeignNode(node.op_type, domain, attributes, tuple(node.input), tuple(node.output), label)
 
 
 def pruned(model: onnx.ModelProto, graph: ForeignGraph, wanted: str) -> bytes:

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.loads import LOADS, FloatArray
+from friction_models.loads import LOADS
 
 from ...interface.friction_source import FrictionSource
 from ...native.generate import generate
-from ..common import Files, Trial, description, one_line, template, trial
+from ..common import Files, Reference, description, one_line, template, test_box
 
 #: Agreement of a compiled export with ONNX Runtime, relative and absolute.
 RELATIVE, ABSOLUTE = 1e-12, 1e-14
+#: Points of the self-test inside the domain and beyond it, and steps of its history.
+_INSIDE, _OUTSIDE, _STEPS = 24, 8, 12
 _BUILD = """\
   cc -std=c99 -O2 -ffp-contract=off -c {P}.c       (any C99 compiler; never with -ffast-math)
   cc -std=c99 -O2 -ffp-contract=off selftest.c {P}.c -lm -o selftest && ./selftest
@@ -105,18 +107,14 @@ _STEP = """\
 """
 
 
-def c_sources(source: FrictionSource, prefix: str) -> dict[str, str]:
-    """Return the header and the source file.
+def c_sources(source: FrictionSource, values: Mapping[str, str]) -> dict[str, str]:
+    """Return the header and the source file; `values` are those of `c_values`.
 
     Raises InputError: the graph holds something that is not translated.
     """
-    values = c_values(source, prefix)
     rules = (Path(__file__).parents[2] / "native" / "domain.h").read_text(encoding="utf-8")
-    values |= {"MODEL": generate(source, source.interface(1)), "RULES": rules}
-    return {
-        f"{prefix}.h": template("friction.h", values),
-        f"{prefix}.c": template("friction.c", values),
-    }
+    texts = {**values, "MODEL": generate(source, source.interface(1)), "RULES": rules}
+    return {f"{values['P']}.{end}": template(f"friction.{end}", texts) for end in ("h", "c")}
 
 
 def _array(name: str, values: npt.ArrayLike, size: str) -> str:
@@ -125,33 +123,52 @@ def _array(name: str, values: npt.ArrayLike, size: str) -> str:
     return f"static const double {name}[{size}] = {{\n    {rows}}};\n"
 
 
-def selftest(source: FrictionSource, prefix: str, data: Trial) -> str:
-    """Return the C program that compares the export with the reference values."""
+def selftest(source: FrictionSource, values: Mapping[str, str]) -> str:
+    """Return the C program that compares the export with ONNX Runtime.
 
-    def rows(points: Iterable[FloatArray]) -> str:
-        return ",\n    ".join("{" + ", ".join(c_number(float(x)) for x in row) + "}" for row in points)
-
+    It holds points inside the domain, then beyond it, and a history over the first of them: time steps, and mu after each.
+    """
+    reference = Reference(source)
+    lower, upper = test_box(source)
+    rng = np.random.default_rng(20)
+    points = rng.uniform(lower, upper, size=(_INSIDE + _OUTSIDE, len(LOADS)))
+    points[0], points[1] = lower, upper
+    points[_INSIDE:] += rng.choice([-0.2, 0.2], size=(_OUTSIDE, len(LOADS))) * (upper - lower)
+    points[_INSIDE:] = np.clip(points[_INSIDE:], *reference.limits)
+    # A law may have no value far outside its data; the FMU refuses there and a self-test has nothing to compare.
+    lost = ~np.isfinite(reference.model.predict(points))
+    points[lost] = np.clip(points[lost], *reference.domain)
+    dt = rng.uniform(1e-3, 2e-2, size=_STEPS)
+    stepped = np.empty(_STEPS)
+    state = reference.model.start_state(1)
+    for k in range(_STEPS):
+        state = reference.step(points[k : k + 1], state, float(dt[k]))
+        stepped[k] = reference.mu(points[k : k + 1], state)[0]
+    rows = ",\n    ".join("{" + ", ".join(c_number(float(x)) for x in row) + "}" for row in points)
     nan_point = ["NAN", *(c_number(source.interface(1).start(q)) for q in LOADS[1:])]
     texts = [
-        f"static const double points[POINTS][{len(LOADS)}] = {{\n    {rows(data.points)}}};\n",
-        _array("clamped_mu", data.clamped, "POINTS"),
-        _array("free_mu", data.free, "POINTS"),
-        _array("distance", data.distance, "POINTS"),
-        _array("time_step", data.dt, "STEPS"),
-        _array("stepped_mu", data.stepped, "STEPS"),
+        f"static const double points[POINTS][{len(LOADS)}] = {{\n    {rows}}};\n",
+        _array("clamped_mu", reference.mu(points), "POINTS"),
+        _array("free_mu", reference.mu(points, clamp=False), "POINTS"),
+        _array("distance", reference.distance(points), "POINTS"),
+        _array("time_step", dt, "STEPS"),
+        _array("stepped_mu", stepped, "STEPS"),
         f"static const double not_a_number[{len(LOADS)}] = {{{', '.join(nan_point)}}};\n",
     ]
-    values = c_values(source, prefix) | {
-        "POINTS": str(len(data.points)),
-        "STEPS": str(len(data.dt)),
-        "DATA": "".join(texts),
-        "RELATIVE": repr(RELATIVE),
-        "ABSOLUTE": repr(ABSOLUTE),
-    }
-    return template("selftest.c", values)
+    return template(
+        "selftest.c",
+        {
+            **values,
+            "POINTS": str(len(points)),
+            "STEPS": str(_STEPS),
+            "DATA": "".join(texts),
+            "RELATIVE": repr(RELATIVE),
+            "ABSOLUTE": repr(ABSOLUTE),
+        },
+    )
 
 
 def c_files(source: FrictionSource, prefix: str, values: dict[str, str]) -> Files:
     """Return what a C export has beside the C text and the documents."""
     values["BUILD"] = _BUILD.format(P=prefix)
-    return {"selftest.c": selftest(source, prefix, trial(source))}
+    return {"selftest.c": selftest(source, values)}
