@@ -133,9 +133,7 @@ def parse_source(content: bytes, where: str) -> FrictionSource:
         limits = {str(k): v for k, v in part("domain", {}).items()}
         domain = {k: (float(v[0]), float(v[1])) for k, v in limits.items() if v is not None}
         states = tuple(
-            State(
-                str(s["name"]), str(s.get("unit", "1")), float(s.get("start", 0.0)), bool(s.get("ode", False))
-            )
+            State(str(s["name"]), str(s.get("unit", "1")), float(s.get("start", 0.0)))
             for s in part("state", [])
         )
         system = tuple(

@@ -217,7 +217,7 @@ class State:
 
     Examples
     --------
-    >>> state = State("film", "mm", start=1.0, ode=True)
+    >>> state = State("film", "mm", start=1.0)
     >>> state.rate_unit, state.nominal
     ('mm/s', 1.0)
     """
@@ -225,7 +225,6 @@ class State:
     name: str
     unit: str
     start: float
-    ode: bool = False
 
     @property
     def nominal(self) -> float:

@@ -26,13 +26,6 @@ def fastest_time_constant(source: FrictionSource) -> float | None:
     The memory obeys d(state)/dt = rate(state, loads); the time constant is that of the fastest decay of a small
     difference in the states, over points of the trained domain and states that they lead to. None without memory, where it is
     no differential equation, and where nothing decays within `_SLOW` seconds.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> fastest_time_constant(read_source(ConstantFriction(mu=0.1))) is None
-    True
     """
     if not source.states or not source.onnx:
         return None
