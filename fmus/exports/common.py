@@ -81,16 +81,7 @@ def c_prefix(source: FrictionSource, name: str | None) -> str:
 
 
 def domain_limits(source: FrictionSource) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper loads, shape (5,), of the trained domain; infinite where none is recorded.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> lower, upper = domain_limits(read_source(ConstantFriction(mu=0.1)))
-    >>> lower.shape, bool((lower < upper).all())
-    ((5,), True)
-    """
+    """Return lower and upper loads, shape (5,), of the trained domain; infinite where none is recorded."""
     limits = [source.domain.get(q.name, (-math.inf, math.inf)) for q in LOADS]
     return np.array([a for a, _ in limits]), np.array([b for _, b in limits])
 

@@ -73,14 +73,10 @@ class FrictionNames:
     def of(cls, description: FmuDescription, entry: Entry) -> FrictionNames:
         """Resolve an entry of a file of names against an FMU.
 
+        By load and for ``mu`` it holds a variable, or ``{variable: ..., unit: ...}``; under ``set`` values of other inputs and
+        parameters. A load without an entry takes the variable of its own name, if there is one.
         Raises InputError: unknown keys, variables or units; a variable that is no input or output; another input whose start
         value in the FMU is not finite. One without a start value starts at 0.
-
-        Parameters
-        ----------
-        entry : mapping
-            By load and for ``mu`` a variable, or ``{variable: ..., unit: ...}``; ``set``: values of other
-            inputs and parameters. A load without an entry takes the variable of its own name, if there is one.
         """
         where = str(description.path)
         for key in entry:

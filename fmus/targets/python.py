@@ -24,15 +24,6 @@ def friction_files(source: FrictionSource, interface: FrictionInterface, name: s
 
     It runs our graph (`resources/model.onnx`); a user's graph that has no translation is run as it is
     (`resources/original.onnx`), with the loads brought into its units and places.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> source = read_source(ConstantFriction(mu=0.1))
-    >>> files = friction_files(source, source.interface(nodes=1))
-    >>> "modelDescription.xml" in files, "resources/model.onnx" in files
-    (True, True)
     """
     from ..pages.presentation import presentation_files
     from .native import friction_description, own_identifier, without_interval

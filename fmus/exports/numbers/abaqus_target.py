@@ -48,20 +48,11 @@ def abaqus_files(
     temperature: object = None,
     **given: Any,
 ) -> Files:
-    """Return the files of an Abaqus table.
+    """Return the files of an Abaqus table; `name` is that of the surface interaction.
 
+    `fields` are loads of ``sd`` and ``psi`` that the job provides as field variables 1, 2, in this order; `units` and
+    `temperature` are those of the job (`host_units`). `given` are options of `tabulate`, whose `max_rows` is 5000 by default.
     Raises InputError: as of `tabulate`; a field that is none.
-
-    Parameters
-    ----------
-    name : str, optional
-        Name of the surface interaction.
-    fields : list of str
-        Loads of ``sd`` and ``psi`` that the job provides as field variables 1, 2, in this order.
-    units, temperature : str
-        Units of the job, see `fmus.exports.host_units.host_units`.
-    **given
-        Options of `fmus.exports.numbers.table_target.tabulate`; `max_rows` is 5000 by default.
 
     Examples
     --------

@@ -68,13 +68,6 @@ def system_values(source: FrictionSource, given: object = None) -> dict[str, flo
     """Return the values of all system variables: the given ones, the start values of the others.
 
     Raises InputError: no mapping, a name that is no system variable, no number.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> system_values(read_source(ConstantFriction(mu=0.1)))
-    {}
     """
     values = {p.name: p.start for p in source.system}
     for name, value in options.mapping("system", given, values).items():

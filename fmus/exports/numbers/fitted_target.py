@@ -134,12 +134,8 @@ def radioss_files(
 ) -> Files:
     """Return the files of an OpenRadioss export: the better of both formulas, fitted over speed and pressure.
 
-    Parameters
-    ----------
-    fixed : mapping, optional
-        Where the loads that the formulas do not know are held; at their start values by default.
-    system : mapping, optional
-        Values of system variables; their start values by default.
+    The loads that the formulas do not know are held where `fixed` says, system variables where `system` does; at their start
+    values by default.
 
     Examples
     --------
@@ -201,14 +197,8 @@ def calculix_files(
 ) -> Files:
     """Return the files of a CalculiX export: one coefficient, in the middle of those of the domain, and a stick slope.
 
-    Parameters
-    ----------
-    fixed : mapping, optional
-        Loads to take mu at, in place of the middle of the domain.
-    system : mapping, optional
-        Values of system variables; their start values by default.
-    slip : float
-        Elastic slip [mm] at which sticking ends; it makes the stick slope.
+    With loads in `fixed` mu is taken there, in place of the middle of the domain; system variables have the values `system`,
+    their start values by default. Sticking ends at the elastic slip `slip` [mm], which makes the stick slope.
 
     Examples
     --------

@@ -48,13 +48,6 @@ def lua_functions(source: FrictionSource) -> str:
     """Return the Lua functions ``tf_model_mu(L, S, P)`` and, with memory, ``tf_model_step(L, S, P, dt)``.
 
     Raises InputError: the graph holds something that is not translated.
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> print(lua_functions(read_source(ConstantFriction(mu=0.5))).splitlines()[0])
-    -- ---- the model, a line a step of its graph ----
     """
     with rules_of(source.where):
         graph = read_graph(source.onnx, source.where, len(source.states), len(source.system))

@@ -67,14 +67,9 @@ def qform_files(
 ) -> Files:
     """Return the files of a QForm export.
 
+    `fields` are names of the fields of the contact by ``T``, ``T_tool``, ``v_rel``, ``sigma_n``; `units` and `temperature`
+    are theirs (`host_units`).
     Raises InputError: a name that is no Lua name, unknown units, or a graph that is not translated.
-
-    Parameters
-    ----------
-    fields : mapping, optional
-        Names of the fields of the contact, by ``T``, ``T_tool``, ``v_rel``, ``sigma_n``.
-    units, temperature : str
-        Units of these fields, as of `fmus.exports.host_units.host_units`.
 
     Examples
     --------
