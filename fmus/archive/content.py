@@ -141,10 +141,6 @@ def read_archive(path: str | os.PathLike[str]) -> dict[str, zipfile.ZipInfo]:
     --------
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as place:
-    ...     archive = write_archive(Path(place) / "any.fmu", {"modelDescription.xml": b"<fmiModelDescription/>"})
-    ...     list(read_archive(archive))
-    ['modelDescription.xml']
-    >>> with TemporaryDirectory() as place:
     ...     read_archive(write_archive(Path(place) / "no.fmu", {"../outside.txt": b""}))
     Traceback (most recent call last):
         ...

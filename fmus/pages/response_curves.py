@@ -39,10 +39,10 @@ def response_curves(source: FrictionSource, interface: FrictionInterface) -> str
         margin = 0.12 * (upper - lower) or max(abs(upper), 1.0) * 0.12
         x = np.linspace(max(lower - margin, quantity.lower), min(upper + margin, quantity.upper), _POINTS)
         panels.append((quantity, x, _curves(source, interface, box, quantity.name, x)))
-    if not all(np.isfinite(y).all() for _, _, curves in panels for y in curves):
+    drawn = np.concatenate([y for _, _, curves in panels for y in curves])
+    if not np.isfinite(drawn).all():
         return ""
-    low = min(float(y.min()) for _, _, curves in panels for y in curves)
-    high = max(float(y.max()) for _, _, curves in panels for y in curves)
+    low, high = float(drawn.min()), float(drawn.max())
     low, high = 0.0 if low < 0.6 * high else low, high if high > low else low + max(0.01, 0.1 * low)
     ticks = _ticks(low, high)
     low, high = min(low, ticks[0]), max(high, ticks[-1])

@@ -82,15 +82,6 @@ def foreign_names(path: str | os.PathLike[str], entry: Entry | None = None) -> F
     """Return the variables of a friction FMU that others made; None for one of ours, which needs no care.
 
     Raises InputError: what `FrictionNames.of` refuses.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from fmus import pack
-    >>> from friction_models import ConstantFriction
-    >>> with TemporaryDirectory() as place:
-    ...     foreign_names(pack(ConstantFriction(mu=0.1), Path(place) / "law.fmu", target="python")) is None
-    True
     """
     described = describe(path)
     if entry is None and MODEL in read_archive(path):

@@ -88,14 +88,14 @@ def facts(source: FrictionSource) -> Iterator[tuple[str, str]]:
         yield "data.sha256", hashlib.sha256(lines.encode()).hexdigest()
     for key, value in splits.items():
         if key != "digests":
-            yield f"split.{key}", " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)
+            yield f"split.{key}", words_of(value)
     for role, measures in _part(card, "errors").items():
         if isinstance(measures, Mapping):
             for key in _ERRORS:
                 if key in measures:
                     yield f"error.{role}.{key}", text_of(measures[key])
     for key, value in _part(card, "diagnosis").items():
-        yield f"diagnosis.{key}", " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)
+        yield f"diagnosis.{key}", words_of(value)
     history = card.get("refinement")
     for k, entry in enumerate(history if isinstance(history, list) else []):
         for key, value in entry.items() if isinstance(entry, Mapping) else ():
@@ -104,8 +104,7 @@ def facts(source: FrictionSource) -> Iterator[tuple[str, str]]:
                     if name in value:
                         yield f"refinement.{k + 1}.{key}.{name}", text_of(value[name])
             elif value:
-                words = " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)
-                yield f"refinement.{k + 1}.{key}", words
+                yield f"refinement.{k + 1}.{key}", words_of(value)
     made = _part(card, "map")
     for name, entry in (("of", made.get("of")), ("remaining", made.get("remaining"))):
         for key, value in entry.items() if isinstance(entry, Mapping) else ():
@@ -134,11 +133,12 @@ def text_of(value: object) -> str:
     """
     if value is None:
         return "not recorded"
-    text = (
-        f"{value:.6g}"
-        if isinstance(value, float)
-        else str(value).lower()
-        if isinstance(value, bool)
-        else str(value)
-    )
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    if isinstance(value, bool):
+        text = text.lower()
     return "".join(c for c in text if c.isprintable())
+
+
+def words_of(value: object) -> str:
+    """Return a value as `text_of` does, the entries of a list side by side."""
+    return " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)

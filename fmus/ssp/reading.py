@@ -24,17 +24,6 @@ def read_ssp(path: str | os.PathLike[str]) -> Structure:
 
     Raises InputError: no such file, a hostile or damaged archive, no or unusual `SystemStructure.ssd`; nested systems,
     transformations and mappings, which would change the numbers if they were passed over.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from fmus.ssp.packing import pack_ssp
-    >>> from friction_models import ConstantFriction
-    >>> with TemporaryDirectory() as place:
-    ...     structure = read_ssp(pack_ssp(ConstantFriction(mu=0.1), Path(place) / "law.ssp", target="python"))
-    >>> structure.name, structure.connections
-    ('friction', [])
     """
     file = Path(path)
     if not file.is_file():

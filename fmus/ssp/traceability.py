@@ -14,7 +14,7 @@ from lxml import etree
 
 from ..archive.content import content_guid, xml_bytes
 from ..source.traceability import PATH as RESOURCE_PATH
-from ..source.traceability import SRMD, STC, about, classify, text_of
+from ..source.traceability import SRMD, STC, about, classify, text_of, words_of
 from .systems import DESCRIPTION, Structure
 
 TASK_PATH = "extra/org.ssp-standard.ssp-traceability.stmd/SimulationTask.stmd"
@@ -73,7 +73,7 @@ def _facts(structure: Structure, files: Mapping[str, bytes]) -> Iterator[tuple[s
             for name, entry in value.items():
                 yield f"{key}.{name}", text_of(entry)
         else:
-            yield key, " ".join(map(text_of, value)) if isinstance(value, list) else text_of(value)
+            yield key, words_of(value)
     for path in sorted(files):
         yield f"sha256.{path}", hashlib.sha256(files[path]).hexdigest()
 

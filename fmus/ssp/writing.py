@@ -12,17 +12,7 @@ from lxml import etree
 from friction_models.common import InputError
 
 from ..archive.content import check_content, read_description, write_archive, xml_bytes
-from .systems import (
-    DESCRIPTION,
-    OMS_TYPE,
-    OSP_TYPE,
-    OWN_TYPE,
-    SPACES,
-    Component,
-    Connector,
-    Structure,
-    Value,
-)
+from .systems import DESCRIPTION, OMS_TYPE, OSP_TYPE, OWN_TYPE, SPACES, Component, Connector, Structure, Value
 from .traceability import traceability_files
 
 
@@ -135,11 +125,8 @@ def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> byte
         experiment.set("stopTime", repr(float(structure.stop)))
     if structure.step:
         note = _sub(_sub(experiment, "ssd:Annotations"), "ssc:Annotation", type=OSP_TYPE)
-        _sub(
-            _sub(note, "osp:Algorithm"),
-            "osp:FixedStepAlgorithm",
-            baseStepSize=repr(float(structure.step)),
-        )
+        algorithm = _sub(note, "osp:Algorithm")
+        _sub(algorithm, "osp:FixedStepAlgorithm", baseStepSize=repr(float(structure.step)))
     return xml_bytes(root)
 
 
