@@ -71,18 +71,6 @@ def unit_base(name: str) -> dict[str, float] | None:
     return base if base["s"] else {k: v for k, v in base.items() if k != "s"}
 
 
-def units_of(load: Quantity) -> list[str]:
-    """Return the units that measure a load, its own first.
-
-    Examples
-    --------
-    >>> from friction_models.loads import LOADS
-    >>> {q.name: units_of(q)[:3] for q in LOADS}
-    {'v_rel': ['mm/s', 'um/s', 'cm/s'], 'T': ['degC', 'K', 'degF'], 'sigma_n': ['MPa', 'Pa', 'kPa'], 'sd': ['mm', 'um', 'cm'], 'psi': ['1', '%']}
-    """
-    return list(dict.fromkeys([load.unit, *units_like(load.unit)]))
-
-
 def load_conversion(name: str, unit: str, where: str) -> tuple[float, float]:
     """Return (factor, offset) that turn a load in the contract's unit into `unit`.
 
@@ -94,8 +82,9 @@ def load_conversion(name: str, unit: str, where: str) -> tuple[float, float]:
     ((1.0, 273.15), (0.001, 0.0))
     """
     load = QUANTITIES[name]
-    if spelling(unit) not in units_of(load):
-        raise unknown_name(f"unit of {name!r}", unit, units_of(load), where)
+    allowed = list(dict.fromkeys([load.unit, *units_like(load.unit)]))
+    if spelling(unit) not in allowed:
+        raise unknown_name(f"unit of {name!r}", unit, allowed, where)
     return conversion(spelling(unit), load.unit, name, where)
 
 

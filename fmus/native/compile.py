@@ -176,7 +176,7 @@ def _undated(library: bytes) -> bytes:
 
 def _run(command: list[str], folder: Path) -> None:
     environment = dict(os.environ)
-    if not _writable_home():
+    if not os.access(Path(os.environ.get("XDG_CACHE_HOME", Path.home())), os.W_OK):
         environment.setdefault("ZIG_GLOBAL_CACHE_DIR", _temporary_cache())
     try:
         done = subprocess.run(
@@ -209,8 +209,3 @@ def _temporary_cache() -> str:
     except (OSError, KeyError, ImportError):  # the last two: a user without a name
         pass
     return tempfile.mkdtemp(prefix="tribofmu-zig-cache-")
-
-
-def _writable_home() -> bool:
-    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home()))
-    return os.access(home, os.W_OK)

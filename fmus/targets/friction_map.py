@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import itertools
 import json
 import operator
 from collections.abc import Mapping, Sequence
@@ -171,21 +170,13 @@ def _entries(table: FrictionTable) -> list[dict[str, object]]:
     for name, lines in table.axes.items():
         about = f"sampling points of {name} of the friction map; they rise"
         entries += [
-            {
-                "name": f"{axis_name(name)}[{k + 1}]",
-                "unit": QUANTITIES[name].unit,
-                "start": x,
-                "meaning": about,
-            }
-            for k, x in enumerate(lines.tolist())
+            {"name": f"{axis_name(name)}[{k}]", "unit": QUANTITIES[name].unit, "start": x, "meaning": about}
+            for k, x in enumerate(lines.tolist(), 1)
         ]
     about = f"mu at the sampling points of {', '.join(table.axes)}"
-    for place in itertools.product(*(range(n) for n in table.mu.shape)):
-        index = ",".join(str(k + 1) for k in place)
-        value = float(table.mu[place])
-        entries.append(
-            {"name": f"{VALUES}[{index}]", "unit": MU.unit, "start": value, "min": 0.0, "meaning": about}
-        )
+    for place, value in np.ndenumerate(table.mu):
+        name = f"{VALUES}[{','.join(str(k + 1) for k in place)}]"
+        entries.append({"name": name, "unit": MU.unit, "start": float(value), "min": 0.0, "meaning": about})
     return entries
 
 

@@ -24,7 +24,11 @@ def lower(graph: ForeignGraph, signature: Signature) -> bytes:
     Raises NotTranslated: an operator or a use of it that has no translation; the message lists what has one; InputError: the
     graph is damaged, or mu is not one number a point.
     """
-    check_operators(graph)
+    unknown = next((n for n in graph.nodes if n.op not in DOMAINS.get(n.domain, {})), None)
+    if unknown is not None:
+        raise refuse(
+            graph.where, f"operator {unknown.full:.60} is not translated, allowed: {', '.join(translated())}"
+        )
     builder = GraphBuilder("friction")
     canvas = Canvas(builder, graph.where)
     loads = builder.input("loads", ["n", len(LOAD_NAMES)])
@@ -52,15 +56,6 @@ def lower(graph: ForeignGraph, signature: Signature) -> bytes:
             if name:
                 values[name] = value
     return _close(canvas, values, signature, loads)
-
-
-def check_operators(graph: ForeignGraph) -> None:
-    """Refuse the first operator without a translation."""
-    for node in graph.nodes:
-        if node.op not in DOMAINS.get(node.domain, {}):
-            raise refuse(
-                graph.where, f"operator {node.full:.60} is not translated, allowed: {', '.join(translated())}"
-            )
 
 
 def _before_decisions(graph: ForeignGraph) -> set[str]:

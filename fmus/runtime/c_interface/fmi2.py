@@ -72,9 +72,8 @@ class Fmi2Slave(Slave):
             return False
         ended, kinds = c_int(0), (c_int(_TERMINATED), c_int(_LAST_TIME))
         try:
-            if self.function("GetBooleanStatus")(self._component, kinds[0], byref(ended)) > WARNING:
-                return False
-            if not ended.value:
+            status = self.function("GetBooleanStatus")(self._component, kinds[0], byref(ended))
+            if status > WARNING or not ended.value:
                 return False
             if self.function("GetRealStatus")(self._component, kinds[1], byref(self.reached)) > WARNING:
                 self.reached.value = self.now.value
