@@ -211,7 +211,7 @@ def parse_xml(content: bytes, where: str) -> etree._Element:
 
 def xml_bytes(root: etree._Element) -> bytes:
     """Return an XML file, indented and without a date: equal trees give equal bytes."""
-    return etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    return bytes(etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
 
 
 def read_description(path: str | os.PathLike[str]) -> etree._Element:

@@ -83,8 +83,11 @@ def fit_darmstadt(v: FloatArray, p: FloatArray, mu: FloatArray) -> FloatArray:
         c = np.linalg.lstsq(columns, mu, rcond=None)[0]
         return c, columns @ c - mu
 
+    def misfit(rates: FloatArray) -> FloatArray:
+        return linear(rates)[1]
+
     for start in ((-1.0, -1.0, -5.0), (-0.1, -0.1, -20.0)):
-        found = least_squares(lambda rates: linear(rates)[1], start, bounds=(-50.0, 3.0), max_nfev=60)
+        found = least_squares(misfit, start, bounds=(-50.0, 3.0), max_nfev=60)
         c, off = linear(found.x)
         if np.abs(off).max() < smallest:
             smallest = float(np.abs(off).max())
