@@ -26,28 +26,16 @@ class Offer:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer of a diagnosis.
-
-    Attributes
-    ----------
-    effects : list of str
-        What is named.
-    rivals : list of str
-        What the data cannot tell from it.
-    ranking : list of str
-        What was tried, best evidence first.
-    offers : list of Offer
-    floor : float or None
-        What no model predicts, RMS in mu.
-    words : dict of str to str
-        What the effects are, in words, as far as the catalogue knows them.
-    """
+    """The answer of a diagnosis: the effects that it names, and those that the data cannot tell from them."""
 
     effects: list[str] = field(default_factory=list)
     rivals: list[str] = field(default_factory=list)
+    #: What was tried, best evidence first.
     ranking: list[str] = field(default_factory=list)
     offers: list[Offer] = field(default_factory=list)
+    #: What no model predicts, RMS in mu.
     floor: float | None = None
+    #: What the effects are, as far as the catalogue knows them.
     words: dict[str, str] = field(default_factory=dict)
 
     @classmethod

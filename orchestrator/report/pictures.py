@@ -36,10 +36,7 @@ WORST = 4
 def picture(answer: object, what: str = "") -> go.Figure:
     """Return a picture of an answer as a plotly figure; `Drawn.plot` calls this.
 
-    Raises
-    ------
-    InputError
-        No such picture, or nothing to draw in it.
+    Raises InputError: no such picture, or nothing to draw in it.
     """
     kind = next((k for k in PICTURES if isinstance(answer, k)), None)
     if kind is None:

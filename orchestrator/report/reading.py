@@ -76,10 +76,7 @@ class ReadPage:
 def read_page(file: Path) -> ReadPage:
     """Return what a report holds.
 
-    Raises
-    ------
-    InputError
-        No page that `Page` wrote.
+    Raises InputError: no page that `Page` wrote.
 
     Examples
     --------

@@ -33,20 +33,12 @@ SETTINGS = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set", "sd": "sd_s
 
 @dataclass(frozen=True)
 class Sample:
-    """Points that are drawn.
+    """Points that are drawn, of a `whole` number of points."""
 
-    Attributes
-    ----------
-    frame : pandas.DataFrame
-        Points with the metadata of their tests; the points of a test stand together, in their order.
-    whole : int
-        How many there are.
-    tests : list of str
-        Names of the tests, by their number in the column ``test_number``.
-    """
-
+    #: Points with the metadata of their tests; the points of a test stand together, in their order.
     frame: pd.DataFrame
     whole: int
+    #: Names of the tests, by their number in the column ``test_number``.
     tests: list[str]
 
 
@@ -105,16 +97,8 @@ def levels(values: pd.Series) -> list[str]:
 def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: bool = False) -> ReadFigure:
     """Return a cloud of points; pictures of the same sample and `color` have the same curves, point by point.
 
-    Parameters
-    ----------
-    x, y : str
-        Columns of numbers.
-    color : str
-        A column; numbers have a scale, names a colour each; '' for one colour.
-    lines : bool
-        Whether the points of a test are joined.
-    plan : bool
-        Whether to draw what the tests were set to.
+    `x` and `y` are columns of numbers. `color` is a column, of which numbers have a scale and names a colour each; '' for one
+    colour. With `lines` the points of a test are joined; with `plan` it also shows what the tests were set to.
     """
     frame = found.frame
     named = bool(color) and not pd.api.types.is_numeric_dtype(frame[color])

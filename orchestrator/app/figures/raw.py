@@ -80,10 +80,7 @@ def cloud(y: FloatArray) -> np.ndarray:
 def preview_row(form: MapForm, table: RawTable) -> dict[str, object]:
     """Return what `ingest` would say of the first file: a row of the quality table.
 
-    Raises
-    ------
-    InputError
-        What the map lacks, or what is wrong with the record.
+    Raises InputError: what the map lacks, or what is wrong with the record.
     """
     mapping = ChannelMap.load(form.content())
     record = mapping.record(table, "first", mapping.metadata)

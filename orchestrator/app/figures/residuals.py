@@ -52,10 +52,7 @@ class Cell:
 def points_of(file: Path) -> pd.DataFrame:
     """Return the points that `compare --points` wrote, read once for as long as the file stays as it is.
 
-    Raises
-    ------
-    InputError
-        No such table.
+    Raises InputError: no such table.
     """
     stat = file.stat()
     if stat.st_size > LARGEST:

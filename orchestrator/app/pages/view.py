@@ -25,23 +25,15 @@ FIRST_MODEL = "linear"
 
 @dataclass
 class View:
-    """A page in one browser tab.
-
-    Attributes
-    ----------
-    project, worker
-    query : mapping
-        What stands behind the question mark of the address.
-    started : callable
-        Shows at once that a command was started.
-    kept : dict
-        What was filled in and not saved yet: the page is built anew when a command ends.
-    """
+    """A page in one browser tab."""
 
     project: Project
     worker: Worker
+    #: What stands behind the question mark of the address.
     query: Mapping[str, str]
+    #: Shows at once that a command was started.
     started: Callable[[], None]
+    #: What was filled in and not saved yet: the page is built anew when a command ends.
     kept: dict[str, Any] = field(default_factory=dict)
     #: Until then the page stays as it is, on the monotonic clock: a page built anew breaks off what the browser is sending.
     _held: float = 0.0

@@ -29,10 +29,7 @@ _LARGEST = 50_000_000
 def add(file: Path, event: str, /, **content: Any) -> None:
     """Append a line.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written, or the disk is full.
+    Raises InputError: the file cannot be written, or the disk is full.
     """
     line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "event": event, **content}
     # Half of a letter, which a browser can send, has no bytes; as JSON writes it, it is read as it was.
@@ -154,20 +151,13 @@ class Round:
 
 @dataclass
 class Story:
-    """Where the loop stands.
+    """Where the loop stands."""
 
-    Attributes
-    ----------
-    data : str
-        The data set in hand; empty before one is chosen.
-    rounds : list of Round
-        The model at the start and every addition that was accepted.
-    waiting : list of Round
-        Additions to the model in hand that were computed and neither accepted nor taken back, the newest last.
-    """
-
+    #: The data set in hand; empty before one is chosen.
     data: str = ""
+    #: The model at the start and every addition that was accepted.
     rounds: list[Round] = field(default_factory=list)
+    #: Additions to the model in hand that were computed and neither accepted nor taken back, the newest last.
     waiting: list[Round] = field(default_factory=list)
 
     @property

@@ -11,10 +11,7 @@ from friction_models.loads import DataSet
 def loaded(path: Path) -> DataSet:
     """Return a data set, read once for as long as its files stay as they are.
 
-    Raises
-    ------
-    InputError
-        What `DataSet.load` refuses.
+    Raises InputError: what `DataSet.load` refuses.
     """
     return _read(path, stamp(path))
 

@@ -29,23 +29,12 @@ _LARGEST_MAP = 1_000_000
 
 @dataclass(frozen=True)
 class RawSet:
-    """A set of files.
-
-    Attributes
-    ----------
-    place : str
-        Its path in the project.
-    files : list of str
-        Paths of the measurement files.
-    first : RawTable or None
-        What stands in the first file that can be read.
-    problem : str
-        Why none can be read.
-    """
+    """A set of measurement files; its `place` and the paths of its `files` are those in the project."""
 
     name: str
     place: str
     files: list[str]
+    #: What stands in the first file that can be read, or why none can be read.
     first: RawTable | None
     problem: str
 
@@ -59,10 +48,7 @@ class RawSet:
 def raw_set(project: Project, name: str) -> RawSet:
     """Return what is in a folder of `raw`.
 
-    Raises
-    ------
-    InputError
-        No such folder.
+    Raises InputError: no such folder.
     """
     place = f"{RAW}/{name}"
     folder = project.inside(place)
@@ -92,10 +78,7 @@ def raw_set(project: Project, name: str) -> RawSet:
 def read_once(file: Path) -> RawTable:
     """Return what stands in a file, read once for as long as it stays as it is.
 
-    Raises
-    ------
-    InputError
-        What `read_file` refuses.
+    Raises InputError: what `read_file` refuses.
     """
     return _table(file, file.stat().st_mtime_ns)
 

@@ -39,33 +39,22 @@ class Entry(TypedDict, total=False):
 
 @dataclass
 class ColumnForm:
-    """What a form says about one column.
-
-    Attributes
-    ----------
-    name : str
-        How the file names it.
-    is_ : str
-        The channel or quantity; empty where it is not used; `TEST_TABLE`.
-    unit : str
-        Where the file's own does not hold.
-    offset : float or None
-        Zero reading, in the unit of the column.
-    scale, std
-        As in a channel map: ``5 kN/V``; uncertainty of a force cell [N].
-    low, high : float or None
-        Limits of the rows that are kept (points).
-    """
+    """What a form says about one column, which the file calls `name`."""
 
     name: str
     file_unit: str = ""
     number: bool = True
+    #: The channel or quantity; empty where it is not used; `TEST_TABLE`.
     is_: str = ""
+    #: Where the file's own does not hold.
     unit: str = ""
     sign: int = 1
+    #: Zero reading, in the unit of the column.
     offset: float | None = None
+    #: As in a channel map: ``5 kN/V``; uncertainty of a force cell [N].
     scale: str = ""
     std: float | None = None
+    #: Limits of the rows that are kept (points).
     low: float | None = None
     high: float | None = None
     column: str = ""
@@ -75,34 +64,21 @@ class ColumnForm:
 
 @dataclass
 class MapForm:
-    """What a form says about a set of files.
-
-    Attributes
-    ----------
-    records : bool
-        Records of a tribometer over time; else tables of points.
-    columns : list of ColumnForm
-    mass : float or None
-        [kg]
-    name : str
-        Template of the files' names.
-    metadata : dict
-        What all tests share.
-    phases : dict
-        ``upsetting`` and ``sliding``: from and to [s]; empty to detect them.
-    absent : dict
-        What a saved map says about columns that the first file does not have.
-    filters : dict
-        ``despike`` and ``low_pass`` of a map that was written by hand.
-    """
+    """What a form says about a set of files: `records` of a tribometer over time, or tables of points."""
 
     records: bool
     columns: list[ColumnForm]
+    #: Moving mass [kg].
     mass: float | None = None
+    #: Template of the files' names.
     name: str = ""
+    #: What all tests share.
     metadata: dict[str, object] = field(default_factory=dict)
+    #: ``upsetting`` and ``sliding``: from and to [s]; or ``detect``.
     phases: object = "detect"
+    #: What a saved map says about columns that the first file does not have.
     absent: dict[str, object] = field(default_factory=dict)
+    #: ``despike`` and ``low_pass`` of a map that was written by hand.
     filters: dict[str, object] = field(default_factory=dict)
 
     @classmethod

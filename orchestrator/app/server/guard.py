@@ -53,22 +53,14 @@ _STYLE = (
 
 @dataclass
 class Access:
-    """Who may come in.
-
-    Attributes
-    ----------
-    port : int
-    token : str
-        Part of the printed address, and then the value of the cookie.
-    password : str
-        Asked for where others on the network can reach the server; empty on loopback.
-    names : tuple of str
-        Names of this machine beside the loopback ones.
-    """
+    """Who may come in."""
 
     port: int
+    #: Part of the printed address, and then the value of the cookie.
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32), repr=False)
+    #: Asked for where others on the network can reach the server; empty on loopback.
     password: str = field(default="", repr=False)
+    #: Names of this machine beside the loopback ones.
     names: tuple[str, ...] = ()
 
     @property

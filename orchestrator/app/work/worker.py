@@ -38,21 +38,14 @@ _PROGRESS = re.compile(r"([^:]{1,60}): (\d{1,9})/(\d{1,9})(?: (.*))?$")
 
 
 class Worker:
-    """Runs the commands of a project, first come first served.
-
-    Attributes
-    ----------
-    interrupted : list of Command
-        What was at work when the workbench ended the last time, and was not begun again.
-    changes : int
-        Rises with everything that a page might show: whoever sees another number looks again.
-    """
+    """Runs the commands of a project, first come first served."""
 
     def __init__(self, project: Project) -> None:
         self.project = project
         self.jobs: list[Job] = []
         self.changes = 0
         self._numbers = itertools.count(1 + _last_number(project))
+        #: What was at work when the workbench ended the last time, and was not begun again.
         self.interrupted = interrupted_commands(project)
         self._wake = threading.Condition()
         self._closing = False

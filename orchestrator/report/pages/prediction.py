@@ -24,10 +24,7 @@ SHOWN = 3
 def prediction_page(folder: Path) -> str:
     """Return the HTML of a folder with ``prediction.json`` and ``predicted.csv``.
 
-    Raises
-    ------
-    InputError
-        A file is missing or damaged.
+    Raises InputError: a file is missing or damaged.
     """
     try:
         content = json.loads((folder / "prediction.json").read_text(encoding="utf-8"))

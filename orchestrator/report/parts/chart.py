@@ -59,19 +59,8 @@ def _template() -> Template:
 class Chart:
     """A plotly figure of panels; curves of one name share their entry in the legend, which is above the panels.
 
-    Parameters
-    ----------
-    columns, rows : int
-        Panels; a method's `at` counts them row by row from 0.
-    legend : bool
-    titles : sequence of str
-        Headings of the panels, row by row.
-    **grid
-        Distances and shared axes as `plotly.subplots.make_subplots` has them.
-
-    Attributes
-    ----------
-    figure : plotly.graph_objects.Figure
+    A method's `at` counts the panels row by row from 0; `titles` are their headings in this order. `grid` are distances and
+    shared axes as `plotly.subplots.make_subplots` has them.
 
     Examples
     --------
@@ -164,20 +153,10 @@ class Chart:
         from_zero: bool = False,
         **layout: Any,
     ) -> Chart:
-        """Give the chart the common look and return it.
+        """Give the chart the common look and return it; `height` in pixels, `layout` as in `plotly.graph_objects.Layout`.
 
-        Parameters
-        ----------
-        height : int
-            In pixels.
-        x : str or sequence of str
-            Below the lowest panel of each column.
-        y : str or sequence of str
-            Beside the first panel of each row.
-        from_zero : bool
-            Whether vertical axes begin at zero.
-        **layout
-            As in `plotly.graph_objects.Layout`.
+        `x` is written below the lowest panel of each column, `y` beside the first panel of each row: one text for all, or one
+        each. With `from_zero` vertical axes begin at zero.
         """
         below = [x] * self.columns if isinstance(x, str) else x
         for column, text in enumerate(below):

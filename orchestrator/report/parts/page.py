@@ -47,17 +47,6 @@ class StudyManifest(TypedDict):
 class Page:
     """A report under construction.
 
-    Attributes
-    ----------
-    title : str
-        The verdict, or what the page is about: the headline.
-    kicker : str
-        Small line above the headline.
-    lead : str
-        HTML of the paragraph below it.
-    synthetic : bool
-        Whether the badge "synthetic data" is shown.
-
     Examples
     --------
     >>> page = Page("The model was right", kicker="comparison", synthetic=True)
@@ -67,9 +56,13 @@ class Page:
     (True, True)
     """
 
+    #: The headline: the verdict, or what the page is about.
     title: str
+    #: Small line above the headline.
     kicker: str
+    #: HTML of the paragraph below it.
     lead: str = ""
+    #: Whether the badge "synthetic data" is shown.
     synthetic: bool = False
     sections: list[tuple[str, str, str]] = field(default_factory=list)
 
