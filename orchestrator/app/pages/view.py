@@ -109,7 +109,6 @@ class View:
     def note(self, event: str, **content: Any) -> None:
         """Write a decision into the history."""
         history.add(self.project.root / HISTORY, event, **content)
-        self.worker.changes += 1
 
     def bare(self, text: str) -> str:
         """Return a sentence with paths as the project names them."""

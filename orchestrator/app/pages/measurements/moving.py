@@ -61,7 +61,6 @@ def into_own_set(view: View, file: str) -> None:
     """Put a file of a set into a set of its own, and go there."""
     _check_idle(view, "/".join(file.split("/")[:2]))
     name = own_set(view.project, file)
-    view.worker.changes += 1
     ui.navigate.to(f"/measurements?raw={name}")
 
 
@@ -75,4 +74,3 @@ def _check_idle(view: View, place: str) -> None:
 def _move(view: View, source: str, target: str) -> None:
     _check_idle(view, source)
     move(view.project, source, target)
-    view.worker.changes += 1
