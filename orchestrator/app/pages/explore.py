@@ -21,48 +21,10 @@ from .view import View
 
 #: What drawing with the mouse does, as plotly calls it.
 _DRAGS = {"select": "Frame", "lasso": "Lasso", "zoom": "Zoom", "pan": "Move"}
-_DRAG = """
-for (const id of %(ids)s) {
-  const plot = getElement(id);
-  if (plot && plot.Plotly) plot.Plotly.relayout(plot.$el, %(change)s);
-}
-"""
 #: Columns that name things or stand for the table itself.
 _NO_AXES = {"test_id", "test_number"}
 #: Names of tests that are written out.
 _NAMED = 12
-#: What is picked in one picture is picked in all: pictures have the same curves of points, so that numbers of points agree.
-#: With `whole` all points of the tests are picked. The server hears which tests these are, and not the points.
-_BRUSH = """
-(e) => {
-  // Marking points makes pictures report a change of their own: that is no new choice.
-  if (window.tribofmuBrushing) return;
-  window.tribofmuBrushing = true;
-  const done = [];
-  const ids = %(ids)s, whole = %(whole)s, own = getElement(%(own)d).$el;
-  const clouds = (el) => el._fullData.map((t, k) => k).filter((k) => el._fullData[k].customdata);
-  const mine = clouds(own), picked = mine.map(() => []), tests = new Set();
-  const points = (e && e.points) || [];
-  for (const p of points) {
-    const k = mine.indexOf(p.curveNumber);
-    if (k < 0) continue;
-    picked[k].push(p.pointNumber); tests.add(own._fullData[p.curveNumber].customdata[p.pointNumber]);
-  }
-  if (whole && tests.size) mine.forEach((k, n) => {
-    const of = own._fullData[k].customdata, all = [];
-    for (let i = 0; i < of.length; i++) if (tests.has(of[i])) all.push(i);
-    picked[n] = all;
-  });
-  for (const id of ids) {
-    const plot = getElement(id);
-    if (!plot || !plot.Plotly) continue;
-    const rest = plot.$el === own && !whole ? {} : {selections: []};
-    done.push(plot.Plotly.update(plot.$el, {selectedpoints: tests.size ? picked : [null]}, rest, clouds(plot.$el)));
-  }
-  Promise.allSettled(done).then(() => setTimeout(() => { window.tribofmuBrushing = false }, 200));
-  emit([...tests].map(Number));
-}
-"""
 
 
 async def show(view: View) -> None:
@@ -158,7 +120,7 @@ class _Explorer:
         self._change(f"{{dragmode: '{self.chosen.drag}'}}")
 
     def _change(self, change: str) -> None:
-        ui.run_javascript(_DRAG % {"ids": self.ids, "change": change})
+        ui.run_javascript(f"tribofmu.relayout({self.ids}, {change})")
 
     async def _set(self, name: str, value: Any) -> None:
         setattr(self.chosen, name, value if isinstance(value, bool) else str(value or ""))
@@ -186,13 +148,12 @@ class _Explorer:
             with self.place:
                 empty("No test has such a name", "Empty the field with the name of the tests to see all.")
             return
-        plots = []
         with self.place, ui.element("div").classes("pictures"):
-            for figure in figures:
-                plots.append(_picture(figure, self.chosen.drag))
-        self.ids = ids = [p.id for p in plots]
+            plots = [_picture(figure, self.chosen.drag) for figure in figures]
+        self.ids = [p.id for p in plots]
+        whole = "true" if self.chosen.whole else "false"
         for plot in plots:
-            script = _BRUSH % {"ids": ids, "whole": str(bool(self.chosen.whole)).lower(), "own": plot.id}
+            script = f"(event) => tribofmu.brush(event, {plot.id}, {self.ids}, {whole}, emit)"
             for event in ("plotly_selected", "plotly_deselect"):
                 plot.on(event, self._picked, js_handler=script)
 

@@ -205,30 +205,10 @@ def download(path: str, label: str) -> None:
     ui.link(label, address(path)).classes("button").props("download")
 
 
-#: A new tab stays white until its page is there: what was pressed says at once that it comes, until somebody is back.
-_OPENING = """
-(event) => {
-  const link = event.currentTarget, said = link.textContent;
-  if (link.hasAttribute('aria-busy')) return;
-  link.setAttribute('aria-busy', 'true');
-  link.textContent = 'Opening in a new tab ...';
-  const back = () => {
-    if (document.hidden) return;
-    clearTimeout(timer);
-    document.removeEventListener('visibilitychange', back);
-    link.removeAttribute('aria-busy');
-    link.textContent = said;
-  };
-  const timer = setTimeout(back, 8000);
-  document.addEventListener('visibilitychange', back);
-}
-"""
-
-
 def reading(target: str, label: str) -> ui.link:
     """Show a link to a page of its own, which opens in a new tab."""
     made = ui.link(label, target, new_tab=True).classes("button").props('rel="noopener"')
-    made.on("click", js_handler=_OPENING)
+    made.on("click", js_handler="(event) => tribofmu.opening(event)")
     return made
 
 
