@@ -13,6 +13,7 @@ import pandas as pd
 from friction_models.common import InputError
 from friction_models.common.markup import escape
 from friction_models.common.wording import counted
+from friction_models.discovery.answer.figures_data import varied
 from friction_models.discovery.answer.summaries import clustered_mean, load_bins
 from friction_models.loads import LOAD_NAMES, MU
 from friction_models.loads.contract import with_unit
@@ -81,11 +82,6 @@ def models_of(frame: pd.DataFrame) -> list[str]:
     return [str(c).removeprefix(OF) for c in frame.columns if str(c).startswith(OF)]
 
 
-def varied_loads(frame: pd.DataFrame) -> list[str]:
-    """Return the loads that vary."""
-    return [n for n in LOAD_NAMES if n in frame.columns and float(np.ptp(frame[n])) > 0.0]
-
-
 def cells(frame: pd.DataFrame, model: str, first: str, second: str) -> list[Cell]:
     """Return the residual of a model in each cell of two loads, whose bins are quantiles.
 
@@ -128,7 +124,7 @@ def between(bounds: tuple[float, float]) -> str:
 
 def over_loads(frame: pd.DataFrame, models: Sequence[str]) -> ReadFigure:
     """Return the mean residual of models over each load that varies, with intervals over tests."""
-    names = varied_loads(frame) or [LOAD_NAMES[0]]
+    names = varied(frame) or [LOAD_NAMES[0]]
     chart = Chart.of_panels(len(names), shared_yaxes=True, horizontal_spacing=0.03, gap=0.35)
     styles = looks(models)
     ids = frame["test_id"].to_numpy().astype(str)

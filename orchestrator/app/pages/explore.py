@@ -16,7 +16,8 @@ from ...report.reading import ReadFigure
 from ..figures.explore import Sample, cloud, label, sample, summary
 from ..project.loaded import loaded
 from .frame import page_head
-from .parts import asked_data, button, choice, empty, gone, plotted, say, told, words
+from .parts import asked_data, button, choice, empty, gone, say, text_field, told, words
+from .report_parts import plotted
 from .view import View
 
 #: What drawing with the mouse does, as plotly calls it.
@@ -34,15 +35,12 @@ async def show(view: View) -> None:
         "Explore the measurements",
         "Draw a frame around points: the same tests light up in every picture. Click twice to let them go.",
     )
-    sets = view.data_sets()
-    if not sets:
+    if not view.data_sets():
         empty(
             "There are no measurements yet", "They are drawn here.", ("Bring measurements", "/measurements")
         )
         return
-    data = asked_data(view, sets, view.story().data)
-    with ui.element("div").classes("choices"):
-        choice("Measurements", sets, data, lambda v: ui.navigate.to(f"/explore?data={v}"))
+    data = asked_data(view, "/explore")
     with told(view):
         dataset = await asyncio.to_thread(loaded, project.inside(data))
         await _Explorer(view, dataset, data).build()
@@ -97,12 +95,7 @@ class _Explorer:
         with ui.element("div").classes("choices"):
             choice("Load across", numbers, chosen.a, partial(self._set, "a"))
             choice("Load up", numbers, chosen.b, partial(self._set, "b"))
-            field = ui.input(
-                "Part of a test name",
-                value=chosen.tests,
-                on_change=lambda e: self._set("tests", e.value),
-            )
-            field.props("outlined dense clearable").classes("choice")
+            text_field("Part of a test name", chosen.tests, partial(self._set, "tests")).props("clearable")
             ui.switch("Pick whole tests", value=chosen.whole, on_change=lambda e: self._set("whole", e.value))
         with ui.element("div").classes("choices"):
             choice("Drawing with the mouse", _DRAGS, chosen.drag, self._drag)
@@ -188,7 +181,6 @@ def _picture(figure: ReadFigure, drag: str) -> ui.plotly:
     frame.props.update({"role": "figure", "aria-label": figure.description})
     with frame:
         # plotly's own bar of buttons brings Chromium to a stand for minutes, and keys do not reach it.
-        config = {"responsive": True, "displayModeBar": False, "scrollZoom": True}
-        plot = plotted(figure.data, {**figure.layout, "dragmode": drag}, config)
+        plot = plotted(figure.data, {**figure.layout, "dragmode": drag}, scrollZoom=True)
         plot.style(f"width: 100%; height: {int(figure.layout.get('height') or 380)}px")
     return plot

@@ -19,22 +19,8 @@ from ..serving import address
 from .compare import CONSTANTS
 from .forming_form import FormState, ask, constants_of, first_form, processes
 from .frame import page_head
-from .parts import (
-    action,
-    badge,
-    button,
-    choice,
-    download,
-    empty,
-    fold,
-    heading,
-    parts,
-    reading,
-    say,
-    section,
-    told,
-    words,
-)
+from .parts import action, button, choice, download, empty, fold, heading, panel, reading, say, told, words
+from .report_parts import badge, parts, section
 from .view import View
 
 
@@ -120,8 +106,7 @@ async def _coverage(view: View, name: str) -> None:
     data = view.story().data
     if not runs:
         return
-    with ui.element("section").classes("panel"):
-        heading("Were these loads tested?")
+    with panel("Were these loads tested?"):
         if not data:
             say(
                 "There are no measurements yet: bring some, and the loads of the process are held against them."

@@ -12,7 +12,7 @@ from ..commands.forming import STORY, story
 from ..project import history
 from ..serving import address
 from .frame import page_head
-from .parts import action, download, empty, heading, reading, say, words
+from .parts import action, download, empty, heading, panel, reading, say, words
 from .view import View
 
 #: Most lines of the history that are shown.
@@ -65,8 +65,7 @@ def _story(view: View, reports: list[str]) -> None:
     """Offer the page that tells all in one, and show where it is."""
     if not reports and not view.project.data_sets():
         return
-    with ui.element("section").classes("panel"):
-        heading("The story of this project")
+    with panel("The story of this project"):
         say(
             "One page with what was measured, what the models missed, what was added, packed and formed. It works offline and "
             "can be given away.",

@@ -59,8 +59,7 @@ class View:
 
     def data_sets(self) -> dict[str, str]:
         """Return the data sets of the project, and what pages call them."""
-        places = map(self.project.relative, self.project.data_sets())
-        return {place: short(place) for place in places}
+        return {place: short(place) for place in map(self.project.relative, self.project.data_sets())}
 
     def lines(self) -> list[dict[str, object]]:
         """Return the history."""
@@ -69,7 +68,7 @@ class View:
     def story(self) -> Story:
         """Return where the loop stands; the first data set and a plain model where nothing, or nothing of this project, was chosen."""
         story = Story.of(self.lines())
-        sets = [self.project.relative(p) for p in self.project.data_sets()]
+        sets = list(self.data_sets())
         models = {self.project.relative(p) for p in self.project.models()} | {*FAMILIES}
         if not story.data and story.rounds and sets:
             # The loop was begun before there was a data set.

@@ -106,7 +106,7 @@ def _check_free(path: Path) -> None:
 
 
 def _new_set(view: View, file: str) -> str:
-    _check_suffix(name_of(file), MAPS)
+    _check_suffix(name_of(file))
     name = free_name(view.project, RAW, set_name(file))
     view.project.inside(f"{RAW}/{name}").mkdir()
     return name
@@ -131,9 +131,9 @@ def _drop_empty(view: View, target: str, into: str) -> None:
         folder.rmdir()
 
 
-def _check_suffix(name: str, more: tuple[str, ...]) -> None:
+def _check_suffix(name: str) -> None:
     suffix = Path(name).suffix.lower()
-    if suffix not in {*SUFFIXES, *more}:
+    if suffix not in {*SUFFIXES, *MAPS}:
         raise InputError(f"{name}: suffix {suffix!r}; allowed: {', '.join(sorted(SUFFIXES))}")
 
 
@@ -145,7 +145,7 @@ async def _keep(view: View, event: events.UploadEventArguments, target: str) -> 
         raise InputError(
             f"{shown(file.name, 60)!r}: no name for a file; allowed: letters, digits, dot, dash and underscore"
         )
-    _check_suffix(name, MAPS)
+    _check_suffix(name)
     if file.size() > LARGEST:
         raise InputError(f"{name}: {file.size()} byte; allowed: at most {LARGEST}")
     if not file.size():

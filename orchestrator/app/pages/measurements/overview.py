@@ -17,7 +17,7 @@ from ... import commands
 from ...project import Project
 from ...project.loaded import loaded, stamp
 from ..frame import page_head
-from ..parts import button, empty, heading, say, words
+from ..parts import button, empty, heading, panel, say, words
 from ..view import View
 from . import raw_set, taken_in, tests_editor
 from .bring import bring
@@ -45,8 +45,9 @@ async def show(view: View) -> None:
         "From raw files to data sets: points of tests with the loads and the measured friction.",
     )
     project = view.project
-    sets = [project.relative(p) for p in project.data_sets()]
-    found = await asyncio.to_thread(lambda: [_look(project.inside(s)) for s in sets])
+    sets = list(view.data_sets())
+    places = [project.inside(s) for s in sets]
+    found = await asyncio.to_thread(lambda: [_looked(p, stamp(p)) for p in places])
     if not sets:
         empty(
             "There are no data sets yet",
@@ -63,8 +64,7 @@ async def show(view: View) -> None:
 
 
 def _data_set(view: View, name: str, looked: _Found | str, in_hand: str) -> None:
-    with ui.element("section").classes("panel"):
-        heading(commands.short(name))
+    with panel(commands.short(name)):
         if isinstance(looked, str):
             say(looked, "problem")
             return
@@ -97,10 +97,6 @@ def _raw_sets(project: Project) -> None:
                 ui.link(said, f"/measurements?raw={folder.name}").classes("button")
 
 
-def _look(path: Path) -> _Found | str:
-    return _looked(path, stamp(path))
-
-
 @lru_cache(maxsize=50)
 def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
@@ -117,7 +113,7 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
         ("tests", points["test_id"].nunique()),
         ("points", len(points)),
         *(
-            (with_unit(n) if n in LOAD_NAMES else n, f"{points[n].min():.4g} to {points[n].max():.4g}")
+            (with_unit(n), f"{points[n].min():.4g} to {points[n].max():.4g}")
             for n in (*LOAD_NAMES, "mu")
             if n in points.columns and points[n].notna().any()
         ),

@@ -28,7 +28,8 @@ from ...raw.map_form import MapForm, beyond_limits, looks_like_records
 from ...raw.moving import moved_to
 from ...work.job import DONE, FAILED
 from ..frame import page_head
-from ..parts import button, choice, empty, fold, gone, heading, line, picture, refused, say, words
+from ..parts import button, choice, empty, fold, gone, heading, line, refused, say, words
+from ..report_parts import picture
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields
@@ -217,17 +218,15 @@ class _Page:
 def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Command]:
     """Return the command that takes the files in, and the one that only looks."""
     if form.records:
-        return commands.measuring.ingest(found.place, found.name), commands.measuring.ingest(
-            found.place, found.name, dry_run=True
-        )
+        take_in = partial(commands.measuring.ingest, found.place, found.name)
+        return take_in(), take_in(dry_run=True)
     target = found.name
     # A data set whose test table was changed by hand is not replaced.
     if (view.project.root / "data" / target / "earlier").is_dir():
         target = free_name(view.project, "data", target)
     files = [found.place] if len(found.files) > 12 else found.files
-    return commands.measuring.points(files, found.place, target), commands.measuring.points(
-        files, found.place, target, dry_run=True
-    )
+    make = partial(commands.measuring.points, files, found.place, target)
+    return make(), make(dry_run=True)
 
 
 def _same_tests(problem: str, files: list[str]) -> list[str]:
