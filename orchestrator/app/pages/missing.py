@@ -14,10 +14,9 @@ from friction_models.common.markup import escape
 
 from ...report.reading import ReadFigure, ReadPage
 from .. import commands
-from ..answer import Answer, Offer
+from ..answer import Answer, Offer, rounds_of
 from ..commands import Command
 from ..project.history import ACCEPTED, TAKEN_BACK, Round, Story, learnt_from
-from ..rounds import rounds_of
 from .frame import page_head
 from .parts import action, button, choice, download, empty, fold, heading, panel, say, told, words
 from .report_parts import badge, parts, picture, section

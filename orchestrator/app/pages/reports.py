@@ -52,7 +52,7 @@ async def show(view: View) -> None:
             str(line.get("time", ""))[:19].replace("T", " "),
             line["event"],
             history.about(line),
-            _outcome(line),
+            history.outcome(line) or ("running, or broken off" if line["event"] == history.STARTED else ""),
         )
         for line in _told(lines)[::-1][:_LINES]
     ]
@@ -82,10 +82,3 @@ def _told(lines: list[dict[str, object]]) -> list[dict[str, object]]:
     """Return the lines without the starts of commands whose end is there, too."""
     ended = {str(line.get("job")) for line in lines if line["event"] == history.ENDED}
     return [line for line in lines if line["event"] != history.STARTED or str(line.get("job")) not in ended]
-
-
-def _outcome(line: dict[str, object]) -> str:
-    if line["event"] != history.ENDED:
-        return "running, or broken off" if line["event"] == history.STARTED else ""
-    said = {"0": "done", "2": "refused", "130": "cancelled"}.get(str(line.get("code")), "failed")
-    return f"{said} in {line['seconds']} s" if "seconds" in line else said

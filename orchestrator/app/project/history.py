@@ -89,6 +89,20 @@ def about(line: Mapping[str, object]) -> str:
     return str(line.get("command") or line.get("model") or line.get("data") or line.get("file") or "")
 
 
+def outcome(line: Mapping[str, object]) -> str:
+    """Return how the command of a line ended, and after how long; empty for a line of another kind.
+
+    Examples
+    --------
+    >>> outcome({"event": "ended", "code": 130, "seconds": 2.5}), outcome({"event": "ended", "code": 1})
+    ('cancelled in 2.5 s', 'failed')
+    """
+    if line["event"] != ENDED:
+        return ""
+    said = {"0": "done", "2": "refused", "130": "cancelled"}.get(str(line.get("code")), "failed")
+    return f"{said} in {line['seconds']} s" if isinstance(line.get("seconds"), int | float) else said
+
+
 def learnt_from(lines: Sequence[Mapping[str, object]]) -> dict[str, str]:
     """Return for each model which data set it was fitted to, as far as the history tells.
 
