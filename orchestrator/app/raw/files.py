@@ -11,8 +11,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from friction_models.common import InputError, write_text
 from friction_models.common.yaml_files import read_yaml
+from friction_models.loads.earlier_tables import EARLIER, keep
 from sct_twin.ingest.measurement_files import is_test_table, measurement_files
 from sct_twin.readers import SUFFIXES, RawTable, read_file
 
@@ -102,10 +105,7 @@ def saved_map(project: Project, place: str, records: bool) -> dict[str, Any]:
 
 def map_text(content: Mapping[str, object]) -> str:
     """Return a map as the command line takes it."""
-    import yaml
-
-    text: str = yaml.safe_dump(content, allow_unicode=True, sort_keys=False, width=120)
-    return text
+    return str(yaml.safe_dump(content, allow_unicode=True, sort_keys=False, width=120))
 
 
 def save_map(project: Project, place: str, records: bool, content: Mapping[str, object]) -> str:
@@ -114,16 +114,10 @@ def save_map(project: Project, place: str, records: bool, content: Mapping[str, 
     file = project.inside(path)
     text = map_text(content)
     if file.is_file():
-        old = file.read_bytes()
-        if old == text.encode():
+        if file.read_bytes() == text.encode():
             return path
-        earlier = project.inside(f"{place}/earlier")
-        earlier.mkdir(exist_ok=True)
-        number = 1 + max(
-            (int(n[1]) for p in earlier.iterdir() if (n := re.search(r"-(\d{3})\.yaml$", p.name))), default=0
-        )
-        kept = earlier / f"{file.stem}-{number:03d}.yaml"
-        write_text(kept, old.decode("utf-8", errors="replace"))
+        project.inside(f"{place}/{EARLIER}")  # a link that leads out of the project is refused
+        keep(file, file.parent)
     write_text(file, text)
     return path
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -22,19 +22,6 @@ from sct_twin.records.channels import CHANNELS
 MOST_COLUMNS = 60
 #: Stands for a column of the test table in the choice of a column of points.
 TEST_TABLE = "test_table"
-
-
-class Entry(TypedDict, total=False):
-    """What a map says about one column."""
-
-    quantity: str
-    unit: str
-    sign: int
-    offset: float
-    scale: str
-    std: float
-    sensitivity: str
-    test_table: str
 
 
 @dataclass
@@ -99,9 +86,7 @@ class MapForm:
         form = cls(records, columns)
         entries = saved.get("channels" if records else "columns")
         was_saved = isinstance(entries, Mapping)
-        drafted: dict[str, object] = dict(
-            entries if isinstance(entries, Mapping) else drafted_columns(table, records)
-        )
+        drafted = dict(entries if isinstance(entries, Mapping) else drafted_columns(table, records))
         for column in columns:
             if column.name in drafted:
                 _fill(column, drafted.pop(column.name))
@@ -111,8 +96,8 @@ class MapForm:
                     column.sign = -1
             return form
         form.absent = drafted
-        mass, metadata = saved.get("moving_mass"), saved.get("metadata")
-        form.mass = number(mass)
+        metadata = saved.get("metadata")
+        form.mass = number(saved.get("moving_mass"))
         form.metadata = dict(metadata) if isinstance(metadata, Mapping) else {}
         form.name = str(saved.get("test_id" if records else "file_name") or "")
         form.phases = saved.get("phases") or "detect"
@@ -255,23 +240,20 @@ def _fill(column: ColumnForm, entry: Any) -> None:
     column.sensitivity = str(entry.get("sensitivity") or "")
 
 
-def _entry(column: ColumnForm, records: bool) -> Entry:
+def _entry(column: ColumnForm, records: bool) -> dict[str, object]:
+    """Return what a map says about a column; what is not filled in, or means nothing to points, is left out."""
     if column.is_ == TEST_TABLE:
         return {"test_table": column.column}
-    entry: Entry = {"quantity": column.is_}
-    if column.unit:
-        entry["unit"] = column.unit
-    if column.sign == -1:
-        entry["sign"] = -1
-    if records and column.offset:
-        entry["offset"] = column.offset
-    if records and column.scale:
-        entry["scale"] = column.scale
-    if records and column.std is not None:
-        entry["std"] = column.std
-    if column.sensitivity:
-        entry["sensitivity"] = column.sensitivity
-    return entry
+    said = {
+        "quantity": column.is_,
+        "unit": column.unit or None,
+        "sign": -1 if column.sign == -1 else None,
+        "offset": column.offset or None if records else None,
+        "scale": column.scale or None if records else None,
+        "std": column.std if records else None,
+        "sensitivity": column.sensitivity or None,
+    }
+    return {name: value for name, value in said.items() if value is not None}
 
 
 def number(value: object) -> float | None:
