@@ -129,13 +129,8 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
                 hovertemplate=f"plan: {set_x} %{{x:.4g}}, {set_y} %{{y:.4g}}<extra></extra>",
             )  # fmt: skip
             chart.legend = True
-    made = chart.dress(
-        380,
-        x=escape(label(x)),
-        y=escape(label(y)),
-        dragmode="select",
-        selectdirection="any",
-    )
+    across, up = escape(label(x)), escape(label(y))
+    made = chart.dress(380, across, up, dragmode="select", selectdirection="any")
     if not chart.legend:
         made = with_fixed_margins(made, right=96 if color else 14)
     return as_read("cloud", made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
@@ -147,17 +142,9 @@ def _parts(frame: pd.DataFrame, color: str) -> list[tuple[np.ndarray, str, dict[
         return [(np.arange(len(frame)), "points", {"color": AFTER})]
     names = levels(frame[color])
     if not names and pd.api.types.is_numeric_dtype(frame[color]):
-        bar = {
-            "title": {"text": escape(label(color)), "side": "right", "font": {"size": 13}},
-            "thickness": 12,
-            "outlinewidth": 0,
-        }
-        look = {
-            "color": _floats(frame[color]),
-            "colorscale": _SCALE,
-            "colorbar": bar,
-            "showscale": True,
-        }
+        title = {"text": escape(label(color)), "side": "right", "font": {"size": 13}}
+        bar = {"title": title, "thickness": 12, "outlinewidth": 0}
+        look = {"color": _floats(frame[color]), "colorscale": _SCALE, "colorbar": bar, "showscale": True}
         return [(np.arange(len(frame)), "points", look)]
     values = frame[color].astype(str)
     found = [(np.flatnonzero((values == n).to_numpy()), n, {"color": COLORS[k]}) for k, n in enumerate(names)]
@@ -183,6 +170,4 @@ def _floats(values: pd.Series) -> np.ndarray:
 
 def label(name: str) -> str:
     """Return what a column is called beside an axis, with its unit."""
-    if name == "t":
-        return "t [s]"
-    return with_unit(name) if name in LOAD_NAMES else name
+    return "t [s]" if name == "t" else with_unit(name)
