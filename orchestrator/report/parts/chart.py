@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -189,6 +189,15 @@ class Chart:
             config={"displayModeBar": False, "responsive": True},
         )
         return found
+
+
+def limits(values: Iterable[FloatArray], flat: float = 0.0) -> list[float]:
+    """Return limits of an axis that show all but the outermost thousandth of each, with a margin; `flat`: that of equal values."""
+    known = [v for v in values if np.isfinite(v).any()]
+    ends = np.array([np.nanquantile(v, [0.001, 0.999]) for v in known]) if known else np.array([[0.0, 1.0]])
+    low, top = float(ends[:, 0].min()), float(ends[:, 1].max())
+    margin = 0.05 * (top - low) or flat or 0.05 * abs(top) or 0.05
+    return [low - margin, top + margin]
 
 
 def figure(name: str, chart: Chart, caption: str, description: str) -> str:
