@@ -84,16 +84,7 @@ def _example_tests(rows: list[PredictedTest]) -> list[str]:
 
 
 def _table(rows: list[PredictedTest], total: dict[str, float] | None) -> str:
-    headings = [
-        "test",
-        "measured mu",
-        "model",
-        "RMS",
-        "measured T [°C]",
-        "model",
-        "RMS [K]",
-        "outside domain",
-    ]
+    headings = ["test", "measured mu", "model", "RMS", "measured T [°C]", "model", "RMS [K]", "outside domain"]  # fmt: skip
     lines: list[tuple[str, ...]] = []
     for row in rows:
         e, outside = row["errors"] or {}, row["outside_domain"]
