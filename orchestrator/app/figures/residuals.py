@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from ...report.charts.residuals import binned_residual
 from ...report.parts.chart import Chart
 from ...report.parts.theme import PRESS, looks
 from ...report.reading import ReadFigure
+from ..project.loaded import kept_while_unchanged
 from .as_read import as_read
 
 #: Most bins of each load in a map, most points of a curve, largest file that is read [byte].
@@ -50,19 +50,11 @@ class Cell:
         return abs(self.mean) - self.half if np.isfinite(self.half) else -np.inf
 
 
+@kept_while_unchanged(2)
 def points_of(file: Path) -> pd.DataFrame:
-    """Return the points that `compare --points` wrote, read once for as long as the file stays as it is.
-
-    Raises InputError: no such table.
-    """
-    stat = file.stat()
-    if stat.st_size > LARGEST:
-        raise InputError(f"{file.name}: {stat.st_size} byte; allowed: at most {LARGEST}")
-    return _read(file, stat.st_mtime_ns)
-
-
-@lru_cache(maxsize=2)
-def _read(file: Path, stamp: int) -> pd.DataFrame:
+    """Return the points that `compare --points` wrote; raises InputError for another table."""
+    if file.stat().st_size > LARGEST:
+        raise InputError(f"{file.name}: {file.stat().st_size} byte; allowed: at most {LARGEST}")
     try:
         frame = pd.read_parquet(file)
         numbers = [c for c in frame.columns if c in (*LOAD_NAMES, MU.name) or str(c).startswith(OF)]

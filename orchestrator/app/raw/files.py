@@ -7,7 +7,6 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from sct_twin.readers import SUFFIXES, RawTable, read_file
 
 from ..commands.measuring import CHANNEL_MAP, POINT_MAP
 from ..project import Project, is_name, name_of
+from ..project.loaded import kept_while_unchanged
 
 RAW = "raw"
 #: Most files of a set.
@@ -78,16 +78,9 @@ def raw_set(project: Project, name: str) -> RawSet:
     return RawSet(name, place, [project.relative(f) for f in kept], first, "" if first else problem)
 
 
+@kept_while_unchanged(4)
 def read_once(file: Path) -> RawTable:
-    """Return what stands in a file, read once for as long as it stays as it is.
-
-    Raises InputError: what `read_file` refuses.
-    """
-    return _table(file, file.stat().st_mtime_ns)
-
-
-@lru_cache(maxsize=4)
-def _table(file: Path, stamp: int) -> RawTable:
+    """Return what stands in a file; raises InputError for what `read_file` refuses."""
     return read_file(file)
 
 

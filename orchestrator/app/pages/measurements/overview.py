@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from friction_models.common.wording import counted
 
 from ... import commands
 from ...project import Project
-from ...project.loaded import loaded, stamp
+from ...project.loaded import kept_while_unchanged, loaded
 from ..frame import page_head
 from ..parts import button, empty, heading, panel, say, words
 from ..view import View
@@ -47,7 +47,7 @@ async def show(view: View) -> None:
     project = view.project
     sets = list(view.data_sets())
     places = [project.inside(s) for s in sets]
-    found = await asyncio.to_thread(lambda: [_looked(p, stamp(p)) for p in places])
+    found = await asyncio.to_thread(lambda: list(map(_looked, places)))
     if not sets:
         empty(
             "There are no data sets yet",
@@ -97,8 +97,8 @@ def _raw_sets(project: Project) -> None:
                 ui.link(said, f"/measurements?raw={folder.name}").classes("button")
 
 
-@lru_cache(maxsize=50)
-def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
+@kept_while_unchanged(50)
+def _looked(path: Path) -> _Found | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
     from friction_models.loads import LOAD_NAMES, not_measured
     from friction_models.loads.contract import QUANTITIES, with_unit
