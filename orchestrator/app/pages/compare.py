@@ -106,11 +106,8 @@ def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
 def _train(view: View, data: str, learnt: dict[str, str], unfolded: bool) -> None:
     """Offer the families of which there is no model of these measurements."""
     models = view.project.root / "models"
-    offers = []
-    for family in ("linear", "polynomial", "power_law"):
-        name = commands.models.model_name(family, data, learnt)
-        if not (models / name).exists():
-            offers.append(commands.models.train(data, family, name))
+    names = {f: commands.models.model_name(f, data, learnt) for f in ("linear", "polynomial", "power_law")}
+    offers = [commands.models.train(data, f, n) for f, n in names.items() if not (models / n).exists()]
     if not offers:
         return
     with fold(view, "Train a model", unfolded=unfolded):

@@ -73,9 +73,8 @@ async def _results(view: View) -> None:
             "force curves go into the folder press, then the runs are laid over them.",
         )
         return
-    asked = view.query.get("name", "")
-    name = view.kept.get("forming shown") or (asked if asked in names else names[0])
-    name = name if name in names else names[0]
+    asked = (view.kept.get("forming shown"), view.query.get("name"))
+    name = next((n for n in asked if n in names), names[0])
     heading(f"Results: {name}")
     if len(names) > 1:
 

@@ -161,15 +161,6 @@ class Chart:
         below = [x] * self.columns if isinstance(x, str) else x
         for column, text in enumerate(below):
             self.axes((self.rows - 1) * self.columns + column, x=text)
-        self._look(height)
-        self.figure.update_layout(**layout)
-        for row, text in enumerate([y] * self.rows if isinstance(y, str) else y):
-            self.axes(row * self.columns, y=text)
-        if from_zero:
-            self.figure.update_yaxes(rangemode="tozero")
-        return self
-
-    def _look(self, height: int) -> None:
         self.figure.update_layout(
             template=_template(),
             height=height,
@@ -179,6 +170,12 @@ class Chart:
         for note in self.figure.layout.annotations:
             note.font.size = 13
             note.font.color = SOFT
+        self.figure.update_layout(**layout)
+        for row, text in enumerate([y] * self.rows if isinstance(y, str) else y):
+            self.axes(row * self.columns, y=text)
+        if from_zero:
+            self.figure.update_yaxes(rangemode="tozero")
+        return self
 
     def html(self, name: str) -> str:
         """Return the chart as HTML, without plotly's library, which a page holds once."""
