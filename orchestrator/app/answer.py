@@ -1,9 +1,12 @@
-"""What `diagnose` wrote about a model, as far as a page offers it; a file of the project may hold anything."""
+"""What `diagnose` and `refine` wrote about a model, as far as pages show it; a file of the project may hold anything."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
@@ -26,28 +29,16 @@ class Offer:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer of a diagnosis.
-
-    Attributes
-    ----------
-    effects : list of str
-        What is named.
-    rivals : list of str
-        What the data cannot tell from it.
-    ranking : list of str
-        What was tried, best evidence first.
-    offers : list of Offer
-    floor : float or None
-        What no model predicts, RMS in mu.
-    words : dict of str to str
-        What the effects are, in words, as far as the catalogue knows them.
-    """
+    """The answer of a diagnosis: the effects that it names, and those that the data cannot tell from them."""
 
     effects: list[str] = field(default_factory=list)
     rivals: list[str] = field(default_factory=list)
+    #: What was tried, best evidence first.
     ranking: list[str] = field(default_factory=list)
     offers: list[Offer] = field(default_factory=list)
+    #: What no model predicts, RMS in mu.
     floor: float | None = None
+    #: What the effects are, as far as the catalogue knows them.
     words: dict[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -68,7 +59,7 @@ class Answer:
             rivals,
             ranking,
             [offer for o in _objects(content.get("formulas")) if (offer := _offer(o)).effects],
-            floor if isinstance(floor, float) else None,
+            floor if isinstance(floor, float) and math.isfinite(floor) else None,
             {effect: _in_words(effect) for effect in (*rivals, *ranking[:_TOLD])},
         )
 
@@ -112,3 +103,35 @@ def _object(found: object) -> dict[str, object]:
 
 def _objects(found: object) -> list[dict[str, object]]:
     return [o for o in found if isinstance(o, dict)] if isinstance(found, list) else []
+
+
+def rounds_of(card: Path) -> list[Mapping[str, Any]]:
+    """Return what the card of a model keeps of its refinement: what each round added, and the errors before and after.
+
+    Raises InputError: the file cannot be read.
+    """
+    found: object = read_json(card)
+    for name in ("model", "learned", "error_history"):
+        found = found.get(name) if isinstance(found, dict) else None
+    return [_without_strange(entry) for entry in found if _is_round(entry)] if isinstance(found, list) else []
+
+
+def _without_strange(entry: dict[str, Any]) -> dict[str, Any]:
+    """Return a round without intervals that are none."""
+    # It brings all that counts, for which the first page does not wait.
+    from friction_models.models.measures import are_intervals
+
+    good = are_intervals(entry.get("intervals", {})) and isinstance(entry.get("clear", False), bool)
+    return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear"}}
+
+
+def _is_round(entry: object) -> bool:
+    """Whether an entry of a card says what was added and which errors it had before and after."""
+    if not isinstance(entry, dict) or not isinstance(entry.get("added"), list):
+        return False
+    errors = [entry.get("before"), entry.get("after")]
+    return "judged_by" in entry and all(
+        isinstance(e, dict)
+        and all(isinstance(e.get(k), float) and math.isfinite(e[k]) and e[k] > 0.0 for k in ("rmse", "mae"))
+        for e in errors
+    )

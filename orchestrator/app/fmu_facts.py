@@ -6,12 +6,13 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
+
+from .project.loaded import kept_while_unchanged
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -41,22 +42,20 @@ class Facts:
     problem: str = ""
 
 
+@kept_while_unchanged(200)
 def facts_of(file: Path) -> Facts:
     """Return what is known of an FMU; of a system size and date alone."""
     found = file.stat()
-    return _read(file, found.st_mtime_ns, found.st_size)
-
-
-@lru_cache(maxsize=200)
-def _read(file: Path, changed: int, size: int) -> Facts:
-    written = datetime.fromtimestamp(changed / 1e9, UTC).strftime("%Y-%m-%d %H:%M")
+    written = datetime.fromtimestamp(found.st_mtime, UTC).strftime("%Y-%m-%d %H:%M")
     rows, problem = [], ""
     if file.suffix == ".fmu":
         try:
             rows = _described(file)
         except (InputError, OSError) as error:
             problem = f"What is in it cannot be read: {shown(error)}"
-    return Facts([*rows, ("size", f"{size / 1000:.0f} kB"), ("written", f"{written} UTC")], written, problem)
+    return Facts(
+        [*rows, ("size", f"{found.st_size / 1000:.0f} kB"), ("written", f"{written} UTC")], written, problem
+    )
 
 
 def _described(file: Path) -> list[tuple[str, str]]:

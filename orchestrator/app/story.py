@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
-from friction_models.common.files import read_json
 from friction_models.loads.contract import with_unit
 
 from ..report.pages.story import Chapter, Loop, Measurements, Packed, ProjectStory
 from ..report.reading import read_page
+from .answer import Answer, rounds_of
 from .commands import short
 from .commands.fmus import last_check
 from .commands.models import diagnosis_files
 from .project import HISTORY, Project, history
-from .project.history import ENDED, Story
-from .rounds import rounds_of
+from .project.history import Story
 
 T = TypeVar("T")
 #: Sections of each kind of report that the story takes, by the beginning of their anchors.
@@ -31,16 +29,8 @@ _COVERAGE = ("loads",)
 
 
 def story_of(folder: Path) -> ProjectStory:
-    """Return the story of a project folder.
-
-    Raises
-    ------
-    InputError
-        Not a project folder.
-    """
-    project = Project.open(folder)
-    teller = _Teller(project)
-    return teller.told()
+    """Return the story of a project folder; raises InputError for another folder."""
+    return _Teller(Project.open(folder)).told()
 
 
 class _Teller:
@@ -59,12 +49,10 @@ class _Teller:
             self._each(self.project.data_sets(), self._measured),
             self._diagnoses(loops, reports),
             [loop for loop in map(self._loop, loops) if loop.rounds],
-            self._chapters(reports, "comparison-", "On", _COMPARISON),
+            self._chapters(reports, "comparison-", "On ", _COMPARISON),
             self._each(self.project.fmus(), self._packed),
-            [
-                *self._chapters(reports, "forming-", "Forming", _FORMING),
-                *self._chapters(reports, "coverage-", "Tested loads:", _COVERAGE),
-            ],
+            self._chapters(reports, "forming-", "Forming ", _FORMING)
+            + self._chapters(reports, "coverage-", "Tested loads: ", _COVERAGE),
             self._commands(),
             self.problems,
         )
@@ -100,17 +88,14 @@ class _Teller:
         """Return the answers about the models of the loops, in their order; without a loop all that there are."""
         told = [diagnosis_files(loop.data, r.model)[1] for loop in loops for r in loop.rounds]
         files = [p for name in told for p in reports if self.project.relative(p) == name]
-        files = files or [p for p in reports if p.name.startswith("diagnosis-")]
-        return self._each(
-            files, lambda p: Chapter(f"{p.stem.removeprefix('diagnosis-')}", read_page(p), _DIAGNOSIS)
-        )
+        return self._chapters(files or reports, "diagnosis-", "", _DIAGNOSIS)
 
     def _chapters(
         self, reports: list[Path], prefix: str, words: str, sections: tuple[str, ...]
     ) -> list[Chapter]:
         files = [p for p in reports if p.name.startswith(prefix)]
         return self._each(
-            files, lambda p: Chapter(f"{words} {p.stem.removeprefix(prefix)}", read_page(p), sections)
+            files, lambda p: Chapter(words + p.stem.removeprefix(prefix), read_page(p), sections)
         )
 
     def _loop(self, story: Story) -> Loop:
@@ -129,34 +114,28 @@ class _Teller:
 
     def _floor(self, story: Story) -> float | None:
         try:
-            answer = read_json(self.project.inside(diagnosis_files(story.data, story.model)[0]))
-            floor = answer["noise_floor"]["total"]
-        except (InputError, OSError, KeyError, TypeError):
+            return Answer.read(self.project.inside(diagnosis_files(story.data, story.model)[0])).floor
+        except InputError:
             return None
-        return floor if isinstance(floor, float) and math.isfinite(floor) else None
 
     def _packed(self, path: Path) -> Packed:
         name = self.project.relative(path)
         said, _ = last_check(self.lines, name)
         content = path.read_bytes()
-        return Packed(
-            name.removeprefix("fmus/"), len(content) / 1000, hashlib.sha256(content).hexdigest(), said
-        )
+        digest = hashlib.sha256(content).hexdigest()
+        return Packed(name.removeprefix("fmus/"), len(content) / 1000, digest, said)
 
     def _commands(self) -> list[tuple[str, str, str]]:
-        outcome = {"0": "done", "2": "refused", "130": "cancelled"}
         rows = []
         for line in self.lines:
             if line["event"] == history.STARTED:
                 continue
             time = str(line.get("time", ""))[:19].replace("T", " ")
-            if line["event"] == ENDED:
-                said = outcome.get(str(line.get("code")), "failed")
-                took = f" in {line['seconds']} s" if isinstance(line.get("seconds"), int | float) else ""
-                rows.append((time, shown(line.get("command", ""), 2000), f"{said}{took}"))
+            if line["event"] == history.ENDED:
+                what = shown(line.get("command", ""), 2000)
             else:
-                what = shown(history.about(line), 200)
-                rows.append((time, f"{shown(line['event'], 40)} {what}".strip(), ""))
+                what = f"{shown(line['event'], 40)} {shown(history.about(line), 200)}".strip()
+            rows.append((time, what, history.outcome(line)))
         return rows
 
 

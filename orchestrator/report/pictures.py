@@ -9,7 +9,6 @@ from friction_models import FrictionModel
 from friction_models.common import InputError, unknown_name
 from friction_models.discovery import Comparison, Diagnosis
 from friction_models.discovery.answer.figures_data import load_map
-from friction_models.loads import FloatArray
 
 from ..attribution.result import Attribution
 from ..cosim.run_folders import Run
@@ -17,7 +16,7 @@ from ..coverage.tested_loads import Coverage
 from .charts.attribution import deviation_chart, fingerprint_chart
 from .charts.comparison import per_test_chart
 from .charts.coverage import pairs_chart, shares_chart
-from .charts.diagnosis import budget_chart, effect_chart, map_chart, ranking_chart
+from .charts.diagnosis import budget_chart, effect_chart, map_chart, predicted_mu, ranking_chart
 from .charts.residuals import residual_chart, worst_tests_chart
 from .charts.rounds import rounds_chart
 from .charts.runs import run_force_chart, run_loads_chart
@@ -36,10 +35,7 @@ WORST = 4
 def picture(answer: object, what: str = "") -> go.Figure:
     """Return a picture of an answer as a plotly figure; `Drawn.plot` calls this.
 
-    Raises
-    ------
-    InputError
-        No such picture, or nothing to draw in it.
+    Raises InputError: no such picture, or nothing to draw in it.
     """
     kind = next((k for k in PICTURES if isinstance(answer, k)), None)
     if kind is None:
@@ -59,15 +55,6 @@ def picture(answer: object, what: str = "") -> go.Figure:
     return chart.figure
 
 
-def _predicted(found: Diagnosis) -> dict[str, FloatArray]:
-    shown = ["before", "after"] if found.effects else ["before"]
-    return {part: (found.averages["mu"] - found.averages[part]).to_numpy() for part in shown}
-
-
-def _residual(found: Diagnosis) -> Chart:
-    return residual_chart(found.averages, _predicted(found))
-
-
 def _budget(found: Diagnosis) -> Chart:
     budget = found.error_budget
     return budget_chart(budget["floor"], budget["explained"], budget["missing"], bool(found.effects))
@@ -82,14 +69,13 @@ def _ranking(found: Diagnosis) -> Chart | None:
 
 def _map(found: Diagnosis) -> Chart | None:
     over = load_map(found.averages)
-    return None if over is None else map_chart(over, list(_predicted(found)))
+    return None if over is None else map_chart(over, list(predicted_mu(found)))
 
 
 def _worst(found: Diagnosis) -> Chart:
     averages = found.averages.assign(test_id=found.averages["test_id"].astype(str))
-    return worst_tests_chart(
-        averages, _predicted(found), [str(w["test_id"]) for w in found.worst_tests[:WORST]]
-    )
+    worst = [str(w["test_id"]) for w in found.worst_tests[:WORST]]
+    return worst_tests_chart(averages, predicted_mu(found), worst)
 
 
 def _rounds(model: FrictionModel) -> Chart | None:
@@ -100,7 +86,7 @@ def _rounds(model: FrictionModel) -> Chart | None:
 #: Class of the answer -> its pictures by name, the usual one first.
 PICTURES: dict[type, dict[str, Draws]] = {
     Diagnosis: {
-        "residual": _residual,
+        "residual": lambda found: residual_chart(found.averages, predicted_mu(found)),
         "budget": _budget,
         "ranking": _ranking,
         "map": _map,

@@ -76,10 +76,7 @@ class ReadPage:
 def read_page(file: Path) -> ReadPage:
     """Return what a report holds.
 
-    Raises
-    ------
-    InputError
-        No page that `Page` wrote.
+    Raises InputError: no page that `Page` wrote.
 
     Examples
     --------
@@ -163,7 +160,9 @@ class _Reader(HTMLParser):
 
     def handle_endtag(self, tag: str) -> None:
         if tag == "script" and self._into == "script":
-            self._figure_of(self._caught_text())
+            script = self._caught_text()
+            if self._figure is not None:
+                self._figure.drawn = _drawn(script)
         elif tag in _DROPPED:
             self._dropping = max(0, self._dropping - 1)
         elif tag == "span" and self._open and self._open[-1] == "badge":
@@ -214,10 +213,6 @@ class _Reader(HTMLParser):
             self.page.sections[-1].heading = text
         elif what == "caption" and self._figure is not None:
             self._figure.caption = text
-
-    def _figure_of(self, script: str) -> None:
-        if self._figure is not None:
-            self._figure.drawn = _drawn(script)
 
     def _close_figure(self) -> None:
         figure, self._figure = self._figure, None

@@ -64,10 +64,7 @@ def forming_page(folder: Path) -> str:
 def page_of(name: str, *content: Any) -> str:
     """Return the page of a kind, from the content that its function takes.
 
-    Raises
-    ------
-    InputError
-        No such kind.
+    Raises InputError: no such kind.
 
     Examples
     --------

@@ -33,10 +33,7 @@ SHEET, NOT_IN_SHEETS = 31, re.compile(r"[\[\]:*?/\\]")
 def check_page_file(path: Path) -> Path:
     """Return the path of a page that can be written here.
 
-    Raises
-    ------
-    InputError
-        Another suffix, or what writes it is not installed.
+    Raises InputError: another suffix, or what writes it is not installed.
 
     Examples
     --------
@@ -64,10 +61,7 @@ def check_page_file(path: Path) -> Path:
 def write_page_file(path: Path, html: str) -> Path:
     """Write a page as HTML, PDF or workbook, by the suffix of the path; return it.
 
-    Raises
-    ------
-    InputError
-        As `check_page_file`; a page without a table as a workbook; the browser fails.
+    Raises InputError: as `check_page_file`; a page without a table as a workbook; the browser fails.
     """
     return _WRITERS[check_page_file(path).suffix.lower()](path, html)
 

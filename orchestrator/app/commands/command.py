@@ -15,23 +15,14 @@ from ..project import Project
 
 @dataclass(frozen=True)
 class Command:
-    """A command line of `tribofmu`.
-
-    Attributes
-    ----------
-    title : str
-        What it does, for people.
-    arguments : tuple of str
-        Behind ``tribofmu``; paths are relative to the project.
-    more : dict
-        What the history keeps with its end.
-    quick : bool
-        Whether it takes a second or two, and runs beside a long one.
-    """
+    """A command line of `tribofmu`; its `title` says to people what it does."""
 
     title: str
+    #: Behind ``tribofmu``; paths are relative to the project.
     arguments: tuple[str, ...]
+    #: What the history keeps with its end.
     more: dict[str, object] = field(default_factory=dict)
+    #: Whether it takes a second or two, and runs beside a long one.
     quick: bool = False
 
     @property

@@ -57,18 +57,15 @@ class PackOptions:
     @property
     def arguments(self) -> tuple[str, ...]:
         """Options of the command line; those that are the default are left out."""
-        found: list[str] = []
-        if self.target != "native":
-            found += ["--target", self.target]
-        if self.fmi != "2.0":
-            found += ["--fmi", self.fmi]
-        if self.nodes != 1:
-            found += ["--nodes", str(self.nodes)]
-        if self.platforms:
-            found += ["--platforms", ",".join(self.platforms)]
-        if self.name:
-            found += ["--name", self.name]
-        return (*found, *(f"--{name}" for name in SWITCHES if getattr(self, name)))
+        options = (
+            ("--target", self.target, "native"),
+            ("--fmi", self.fmi, "2.0"),
+            ("--nodes", str(self.nodes), "1"),
+            ("--platforms", ",".join(self.platforms), ""),
+            ("--name", self.name, ""),
+        )
+        given = [word for option, value, default in options if value != default for word in (option, value)]
+        return (*given, *(f"--{name}" for name in SWITCHES if getattr(self, name)))
 
     @property
     def suffix(self) -> str:
@@ -88,13 +85,6 @@ class PackOptions:
             self.name,
         ]
         return "".join(f"-{part}" for part in parts if part)
-
-
-def platform_names() -> list[str]:
-    """Return the platforms that native FMUs are built for."""
-    from fmus.native.platforms import PLATFORMS
-
-    return list(PLATFORMS)
 
 
 def fmu_file(model: str, options: PackOptions) -> str:

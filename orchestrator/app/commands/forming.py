@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import product
 
 from friction_models.common.wording import counted
@@ -12,75 +11,48 @@ from ..project import name_of
 from .command import Command, short
 
 
-@dataclass(frozen=True)
-class Forming:
-    """What is to be formed.
-
-    Attributes
-    ----------
-    process : str
-    models : sequence of str
-        Model folders, FMUs, ONNX files and numbers.
-    values : mapping of str to str
-        Parameters of the process that differ from its defaults.
-    speeds, temperatures : sequence of float
-        Punch speeds [mm/s] and tool temperatures [degC]; each pair of them is a level.
-    stroke : float or None
-        [mm]
-    press : str
-        Curve of one press level; empty for none.
-    local_errors : bool
-    name : str
-        Of the results.
-
-    Examples
-    --------
-    >>> plan = Forming("fre", ["models/linear", "0.08"], {"half_angle": "30"}, [5.0, 50.0], [20.0], 10.0)
-    >>> form(plan).line[:99]
-    'tribofmu compare --process fre --set half_angle=30 --level speed=5,T_tool=20 --level speed=50,T_too'
-    """
-
-    process: str
-    models: Sequence[str]
-    values: Mapping[str, str] = field(default_factory=dict)
-    speeds: Sequence[float] = ()
-    temperatures: Sequence[float] = ()
-    stroke: float | None = None
-    press: str = ""
-    local_errors: bool = False
-    name: str = ""
-
-    @property
-    def called(self) -> str:
-        """Name of the results, as a file may be called."""
-        return name_of(self.name) if self.name.strip() else self.process
-
-
 def results(name: str) -> tuple[str, str, str]:
     """Return where the results of that name are kept: folder of the runs, JSON and page."""
     return f"runs/{name}", f"reports/forming-{name}.json", f"reports/forming-{name}.html"
 
 
-def form(plan: Forming) -> Command:
-    """Form a process with several friction models."""
-    runs, json, page = results(plan.called)
-    arguments = ["compare", "--process", plan.process]
-    for name, value in plan.values.items():
-        arguments += ["--set", f"{name}={value}"]
-    for speed, temperature in product(plan.speeds, plan.temperatures):
+def form(
+    process: str,
+    models: Sequence[str],
+    values: Mapping[str, str],
+    speeds: Sequence[float],
+    temperatures: Sequence[float],
+    stroke: float | None = None,
+    press: str = "",
+    local_errors: bool = False,
+    name: str = "",
+) -> Command:
+    """Form a process with several friction models: model folders, FMUs, ONNX files and numbers.
+
+    `values` are the parameters of the process that differ from its defaults. Each pair of a punch speed [mm/s] and a tool
+    temperature [degC] is a level; `press` is the curve of one press level. The results are called `name`, or as the process.
+
+    Examples
+    --------
+    >>> form("fre", ["models/linear", "0.08"], {"half_angle": "30"}, [5.0, 50.0], [20.0], 10.0).line[:99]
+    'tribofmu compare --process fre --set half_angle=30 --level speed=5,T_tool=20 --level speed=50,T_too'
+    """
+    called = name_of(name) if name.strip() else process
+    runs, json, page = results(called)
+    arguments = ["compare", "--process", process]
+    for parameter, value in values.items():
+        arguments += ["--set", f"{parameter}={value}"]
+    for speed, temperature in product(speeds, temperatures):
         arguments += ["--level", f"speed={speed:g},T_tool={temperature:g}"]
-    if plan.stroke is not None:
-        arguments += ["--stroke", f"{plan.stroke:g}"]
-    arguments += ["--models", *plan.models]
-    if plan.press:
-        arguments += ["--press", plan.press]
-    if plan.local_errors:
+    if stroke is not None:
+        arguments += ["--stroke", f"{stroke:g}"]
+    arguments += ["--models", *models]
+    if press:
+        arguments += ["--press", press]
+    if local_errors:
         arguments += ["--local-errors"]
     arguments += ["--runs", runs, "--json", json, "--report", page]
-    return Command(
-        f"Form {plan.called} with {counted(len(plan.models), 'friction model')}",
-        tuple(arguments),
-    )
+    return Command(f"Form {called} with {counted(len(models), 'friction model')}", tuple(arguments))
 
 
 def form_press(press: str, models: Sequence[str]) -> Command:

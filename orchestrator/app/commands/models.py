@@ -23,17 +23,8 @@ def diagnose(data: str, model: str) -> Command:
     """Ask what a model is missing."""
     json, page, plan = diagnosis_files(data, model)
     arguments = (
-        "diagnose",
-        "--data",
-        data,
-        "--model",
-        model,
-        "--json",
-        json,
-        "--report",
-        page,
-        "--plan",
-        plan,
+        *("diagnose", "--data", data, "--model", model),
+        *("--json", json, "--report", page, "--plan", plan),
     )
     return Command(f"What is {short(model)} missing?", arguments)
 
@@ -90,16 +81,7 @@ def compare(data: str, models: Sequence[str]) -> Command:
     """Compare models on a data set."""
     stem = f"reports/comparison-{short(data)}"
     arguments = (
-        "compare",
-        "--models",
-        *models,
-        "--data",
-        data,
-        "--json",
-        f"{stem}.json",
-        "--report",
-        f"{stem}.html",
-        "--points",
-        comparison_points(data),
+        *("compare", "--models", *models, "--data", data),
+        *("--json", f"{stem}.json", "--report", f"{stem}.html", "--points", comparison_points(data)),
     )
     return Command(f"Compare {counted(len(models), 'model')}", arguments)

@@ -33,20 +33,12 @@ SETTINGS = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set", "sd": "sd_s
 
 @dataclass(frozen=True)
 class Sample:
-    """Points that are drawn.
+    """Points that are drawn, of a `whole` number of points."""
 
-    Attributes
-    ----------
-    frame : pandas.DataFrame
-        Points with the metadata of their tests; the points of a test stand together, in their order.
-    whole : int
-        How many there are.
-    tests : list of str
-        Names of the tests, by their number in the column ``test_number``.
-    """
-
+    #: Points with the metadata of their tests; the points of a test stand together, in their order.
     frame: pd.DataFrame
     whole: int
+    #: Names of the tests, by their number in the column ``test_number``.
     tests: list[str]
 
 
@@ -105,16 +97,8 @@ def levels(values: pd.Series) -> list[str]:
 def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: bool = False) -> ReadFigure:
     """Return a cloud of points; pictures of the same sample and `color` have the same curves, point by point.
 
-    Parameters
-    ----------
-    x, y : str
-        Columns of numbers.
-    color : str
-        A column; numbers have a scale, names a colour each; '' for one colour.
-    lines : bool
-        Whether the points of a test are joined.
-    plan : bool
-        Whether to draw what the tests were set to.
+    `x` and `y` are columns of numbers. `color` is a column, of which numbers have a scale and names a colour each; '' for one
+    colour. With `lines` the points of a test are joined; with `plan` it also shows what the tests were set to.
     """
     frame = found.frame
     named = bool(color) and not pd.api.types.is_numeric_dtype(frame[color])
@@ -145,13 +129,8 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
                 hovertemplate=f"plan: {set_x} %{{x:.4g}}, {set_y} %{{y:.4g}}<extra></extra>",
             )  # fmt: skip
             chart.legend = True
-    made = chart.dress(
-        380,
-        x=escape(label(x)),
-        y=escape(label(y)),
-        dragmode="select",
-        selectdirection="any",
-    )
+    across, up = escape(label(x)), escape(label(y))
+    made = chart.dress(380, across, up, dragmode="select", selectdirection="any")
     if not chart.legend:
         made = with_fixed_margins(made, right=96 if color else 14)
     return as_read("cloud", made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
@@ -163,17 +142,9 @@ def _parts(frame: pd.DataFrame, color: str) -> list[tuple[np.ndarray, str, dict[
         return [(np.arange(len(frame)), "points", {"color": AFTER})]
     names = levels(frame[color])
     if not names and pd.api.types.is_numeric_dtype(frame[color]):
-        bar = {
-            "title": {"text": escape(label(color)), "side": "right", "font": {"size": 13}},
-            "thickness": 12,
-            "outlinewidth": 0,
-        }
-        look = {
-            "color": _floats(frame[color]),
-            "colorscale": _SCALE,
-            "colorbar": bar,
-            "showscale": True,
-        }
+        title = {"text": escape(label(color)), "side": "right", "font": {"size": 13}}
+        bar = {"title": title, "thickness": 12, "outlinewidth": 0}
+        look = {"color": _floats(frame[color]), "colorscale": _SCALE, "colorbar": bar, "showscale": True}
         return [(np.arange(len(frame)), "points", look)]
     values = frame[color].astype(str)
     found = [(np.flatnonzero((values == n).to_numpy()), n, {"color": COLORS[k]}) for k, n in enumerate(names)]
@@ -199,6 +170,4 @@ def _floats(values: pd.Series) -> np.ndarray:
 
 def label(name: str) -> str:
     """Return what a column is called beside an axis, with its unit."""
-    if name == "t":
-        return "t [s]"
-    return with_unit(name) if name in LOAD_NAMES else name
+    return "t [s]" if name == "t" else with_unit(name)

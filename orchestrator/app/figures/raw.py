@@ -22,6 +22,7 @@ from ...report.parts.theme import AFTER, CONSTANT
 from ...report.reading import ReadFigure
 from ..raw.map_form import ColumnForm, MapForm
 from .as_read import as_read, with_fixed_margins
+from .explore import label
 
 #: Points of a curve, and panels, that are drawn.
 POINTS, PANELS = 1200, 24
@@ -80,10 +81,7 @@ def cloud(y: FloatArray) -> np.ndarray:
 def preview_row(form: MapForm, table: RawTable) -> dict[str, object]:
     """Return what `ingest` would say of the first file: a row of the quality table.
 
-    Raises
-    ------
-    InputError
-        What the map lacks, or what is wrong with the record.
+    Raises InputError: what the map lacks, or what is wrong with the record.
     """
     mapping = ChannelMap.load(form.content())
     record = mapping.record(table, "first", mapping.metadata)
@@ -98,11 +96,9 @@ def columns_figure(
     shown = sorted(shown, key=lambda c: not c.is_)[:PANELS]
     if not shown:
         return None
-    time, label = _time(form, table)
+    time, along = _time(form, table)
     titles = [escape(_title(c, form.records)) for c in shown]
-    chart = Chart.of_panels(
-        len(shown), columns=3, gap=0.36, titles=titles, legend=False, horizontal_spacing=0.07
-    )
+    chart = Chart.of_panels(len(shown), gap=0.36, titles=titles, legend=False, horizontal_spacing=0.07)
     # A table may hold many tests: their points are not joined.
     mode, size = ("lines", None) if form.records else ("markers", _size(len(table.frame), 3))
     for at, column in enumerate(shown):
@@ -110,27 +106,21 @@ def columns_figure(
         rows = envelope(values) if form.records else cloud(values)
         color = AFTER if column.is_ else CONSTANT
         chart.scatter(at, time[rows], values[rows], hover="%{x:.4g}, %{y:.5g}<extra></extra>", mode=mode, line={"color": color, "width": 1.2}, marker_color=color, marker_size=size)  # fmt: skip
-        for begin, end, shade in _PHASES if row is not None else ():
+        for begin, end, shade in _PHASES:
             low, high = (_number((row or {}).get(key)) for key in (begin, end))
             if low is not None and high is not None:
                 chart.figure.add_vrect(
                     x0=low, x1=high, fillcolor=shade, line_width=0, layer="below", **chart.place(at)
                 )
-    height = 175 * -(-len(shown) // 3) + 40
-    made = chart.dress(height, x=label)
-    made.figure.update_annotations(font_size=12)
-    thinned = "" if form.records or len(table.frame) <= CLOUD else f", thinned to {CLOUD}"
+    chart.dress(175 * chart.rows + 40, x=along).figure.update_annotations(font_size=12)
+    thinned = "" if form.records else _thinned(len(table.frame))
     caption = f"First file, {len(table.frame)} rows{thinned}."
     if row is not None:
         caption += " Orange: upsetting; green: sliding."
     if len(form.columns) > len(shown) + 1:
         caption += " Columns of text are not drawn."
-    return as_read(
-        "columns",
-        with_fixed_margins(made, left=50),
-        escape(caption),
-        "Every column of the first file over time.",
-    )
+    drawn = with_fixed_margins(chart, left=50)
+    return as_read("columns", drawn, escape(caption), "Every column of the first file over time.")
 
 
 def _size(points: int, least: int) -> int:
@@ -191,26 +181,21 @@ def loads_figure(points: Any) -> ReadFigure | None:
     loads = [n for n in (*LOAD_NAMES, "t") if n in points.columns]
     if not loads:
         return None
-    chart = Chart.of_panels(
-        len(loads), columns=3, gap=0.36, legend=False, horizontal_spacing=0.05, shared_yaxes=True
-    )
+    chart = Chart.of_panels(len(loads), gap=0.36, legend=False, horizontal_spacing=0.05, shared_yaxes=True)
     rows = np.random.default_rng(0).permutation(len(points))[:CLOUD]
     mu = points["mu"].to_numpy()[rows]
+    dots = {"size": _size(len(points), 4), "opacity": 0.6, "color": AFTER}
     for at, name in enumerate(loads):
-        chart.figure.add_scatter(
-            x=points[name].to_numpy()[rows], y=mu, mode="markers", marker={"size": _size(len(points), 4), "opacity": 0.6, "color": AFTER},
-            showlegend=False, hovertemplate="%{x:.4g}, %{y:.4g}<extra></extra>", **chart.place(at),
-        )  # fmt: skip
-    made = chart.dress(215 * -(-len(loads) // 3) + 40, y="mu")
-    for at, name in enumerate(loads):
-        made.figure.update_xaxes(title_text="t [s]" if name == "t" else with_unit(name), **chart.place(at))
-    thinned = "" if len(points) <= CLOUD else f", thinned to {CLOUD}"
-    return as_read(
-        "mu",
-        with_fixed_margins(made),
-        f"{len(points)} points of {points['test_id'].nunique()} tests{thinned}.",
-        "Friction over each load.",
-    )
+        x, said = points[name].to_numpy()[rows], "%{x:.4g}, %{y:.4g}<extra></extra>"
+        chart.scatter(at, x, mu, hover=said, mode="markers", marker=dots)
+        chart.axes(at, x=label(name))
+    chart.dress(215 * chart.rows + 40, y="mu")
+    caption = f"{len(points)} points of {points['test_id'].nunique()} tests{_thinned(len(points))}."
+    return as_read("mu", with_fixed_margins(chart), caption, "Friction over each load.")
+
+
+def _thinned(points: int) -> str:
+    return f", thinned to {CLOUD}" if points > CLOUD else ""
 
 
 def _number(value: object) -> float | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ import pandas as pd
 from friction_models.common import InputError
 from friction_models.common.markup import escape
 from friction_models.common.wording import counted
+from friction_models.discovery.answer.figures_data import varied
 from friction_models.discovery.answer.summaries import clustered_mean, load_bins
 from friction_models.loads import LOAD_NAMES, MU
 from friction_models.loads.contract import with_unit
@@ -22,6 +22,7 @@ from ...report.charts.residuals import binned_residual
 from ...report.parts.chart import Chart
 from ...report.parts.theme import PRESS, looks
 from ...report.reading import ReadFigure
+from ..project.loaded import kept_while_unchanged
 from .as_read import as_read
 
 #: Most bins of each load in a map, most points of a curve, largest file that is read [byte].
@@ -49,22 +50,11 @@ class Cell:
         return abs(self.mean) - self.half if np.isfinite(self.half) else -np.inf
 
 
+@kept_while_unchanged(2)
 def points_of(file: Path) -> pd.DataFrame:
-    """Return the points that `compare --points` wrote, read once for as long as the file stays as it is.
-
-    Raises
-    ------
-    InputError
-        No such table.
-    """
-    stat = file.stat()
-    if stat.st_size > LARGEST:
-        raise InputError(f"{file.name}: {stat.st_size} byte; allowed: at most {LARGEST}")
-    return _read(file, stat.st_mtime_ns)
-
-
-@lru_cache(maxsize=2)
-def _read(file: Path, stamp: int) -> pd.DataFrame:
+    """Return the points that `compare --points` wrote; raises InputError for another table."""
+    if file.stat().st_size > LARGEST:
+        raise InputError(f"{file.name}: {file.stat().st_size} byte; allowed: at most {LARGEST}")
     try:
         frame = pd.read_parquet(file)
         numbers = [c for c in frame.columns if c in (*LOAD_NAMES, MU.name) or str(c).startswith(OF)]
@@ -82,11 +72,6 @@ def _read(file: Path, stamp: int) -> pd.DataFrame:
 def models_of(frame: pd.DataFrame) -> list[str]:
     """Return the names of the models in a table of points."""
     return [str(c).removeprefix(OF) for c in frame.columns if str(c).startswith(OF)]
-
-
-def varied_loads(frame: pd.DataFrame) -> list[str]:
-    """Return the loads that vary."""
-    return [n for n in LOAD_NAMES if n in frame.columns and float(np.ptp(frame[n])) > 0.0]
 
 
 def cells(frame: pd.DataFrame, model: str, first: str, second: str) -> list[Cell]:
@@ -131,7 +116,7 @@ def between(bounds: tuple[float, float]) -> str:
 
 def over_loads(frame: pd.DataFrame, models: Sequence[str]) -> ReadFigure:
     """Return the mean residual of models over each load that varies, with intervals over tests."""
-    names = varied_loads(frame) or [LOAD_NAMES[0]]
+    names = varied(frame) or [LOAD_NAMES[0]]
     chart = Chart.of_panels(len(names), shared_yaxes=True, horizontal_spacing=0.03, gap=0.35)
     styles = looks(models)
     ids = frame["test_id"].to_numpy().astype(str)

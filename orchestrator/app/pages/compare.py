@@ -9,8 +9,8 @@ from nicegui import ui
 from .. import commands
 from ..project import Project, history
 from .frame import page_head
-from .parts import action, asked_data, badge, choice, empty, fold, line, say, section, told, words
-from .parts import button as press
+from .parts import action, asked_data, choice, empty, fold, say, told, words
+from .report_parts import badge, section
 from .residuals import show_residuals
 from .view import View
 
@@ -38,7 +38,7 @@ async def show(view: View) -> None:
             ("Bring measurements", "/measurements"),
         )
         return
-    data = _data(view)
+    data = asked_data(view, "/compare", fewest=2)
     learnt = history.learnt_from(view.lines())
     if not own:
         empty(
@@ -67,16 +67,6 @@ async def _compared(view: View, data: str) -> None:
             await show_residuals(view, commands.models.comparison_points(data))
 
 
-def _data(view: View) -> str:
-    """Show on which measurements models are compared, where there are several, and return them."""
-    sets = view.data_sets()
-    data = asked_data(view, sets, view.story().data)
-    if len(sets) > 1:
-        with ui.element("div").classes("choices"):
-            choice("Measurements", sets, data, lambda value: ui.navigate.to(f"/compare?data={value}"))
-    return data
-
-
 def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
     """Show the choice of models and the button, whose command line follows the choice."""
     names = {name: name.removeprefix("models/") for name in own} | {c: f"constant {c}" for c in CONSTANTS}
@@ -95,9 +85,7 @@ def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
                 "soft",
             )
         command = commands.models.compare(data, chosen)
-        with ui.element("div").classes("action"):
-            press(command.title, lambda: view.run(command), "first")
-            line(command)
+        action(view, command, command.title, first=True)
 
     def changed(value: list[str]) -> None:
         chosen[:] = value
@@ -118,11 +106,8 @@ def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
 def _train(view: View, data: str, learnt: dict[str, str], unfolded: bool) -> None:
     """Offer the families of which there is no model of these measurements."""
     models = view.project.root / "models"
-    offers = []
-    for family in ("linear", "polynomial", "power_law"):
-        name = commands.models.model_name(family, data, learnt)
-        if not (models / name).exists():
-            offers.append(commands.models.train(data, family, name))
+    names = {f: commands.models.model_name(f, data, learnt) for f in ("linear", "polynomial", "power_law")}
+    offers = [commands.models.train(data, f, n) for f, n in names.items() if not (models / n).exists()]
     if not offers:
         return
     with fold(view, "Train a model", unfolded=unfolded):

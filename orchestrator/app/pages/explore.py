@@ -16,53 +16,16 @@ from ...report.reading import ReadFigure
 from ..figures.explore import Sample, cloud, label, sample, summary
 from ..project.loaded import loaded
 from .frame import page_head
-from .parts import asked_data, button, choice, empty, gone, plotted, say, told, words
+from .parts import asked_data, button, choice, empty, gone, say, text_field, told, words
+from .report_parts import plotted
 from .view import View
 
 #: What drawing with the mouse does, as plotly calls it.
 _DRAGS = {"select": "Frame", "lasso": "Lasso", "zoom": "Zoom", "pan": "Move"}
-_DRAG = """
-for (const id of %(ids)s) {
-  const plot = getElement(id);
-  if (plot && plot.Plotly) plot.Plotly.relayout(plot.$el, %(change)s);
-}
-"""
 #: Columns that name things or stand for the table itself.
 _NO_AXES = {"test_id", "test_number"}
 #: Names of tests that are written out.
 _NAMED = 12
-#: What is picked in one picture is picked in all: pictures have the same curves of points, so that numbers of points agree.
-#: With `whole` all points of the tests are picked. The server hears which tests these are, and not the points.
-_BRUSH = """
-(e) => {
-  // Marking points makes pictures report a change of their own: that is no new choice.
-  if (window.tribofmuBrushing) return;
-  window.tribofmuBrushing = true;
-  const done = [];
-  const ids = %(ids)s, whole = %(whole)s, own = getElement(%(own)d).$el;
-  const clouds = (el) => el._fullData.map((t, k) => k).filter((k) => el._fullData[k].customdata);
-  const mine = clouds(own), picked = mine.map(() => []), tests = new Set();
-  const points = (e && e.points) || [];
-  for (const p of points) {
-    const k = mine.indexOf(p.curveNumber);
-    if (k < 0) continue;
-    picked[k].push(p.pointNumber); tests.add(own._fullData[p.curveNumber].customdata[p.pointNumber]);
-  }
-  if (whole && tests.size) mine.forEach((k, n) => {
-    const of = own._fullData[k].customdata, all = [];
-    for (let i = 0; i < of.length; i++) if (tests.has(of[i])) all.push(i);
-    picked[n] = all;
-  });
-  for (const id of ids) {
-    const plot = getElement(id);
-    if (!plot || !plot.Plotly) continue;
-    const rest = plot.$el === own && !whole ? {} : {selections: []};
-    done.push(plot.Plotly.update(plot.$el, {selectedpoints: tests.size ? picked : [null]}, rest, clouds(plot.$el)));
-  }
-  Promise.allSettled(done).then(() => setTimeout(() => { window.tribofmuBrushing = false }, 200));
-  emit([...tests].map(Number));
-}
-"""
 
 
 async def show(view: View) -> None:
@@ -72,15 +35,12 @@ async def show(view: View) -> None:
         "Explore the measurements",
         "Draw a frame around points: the same tests light up in every picture. Click twice to let them go.",
     )
-    sets = view.data_sets()
-    if not sets:
+    if not view.data_sets():
         empty(
             "There are no measurements yet", "They are drawn here.", ("Bring measurements", "/measurements")
         )
         return
-    data = asked_data(view, sets, view.story().data)
-    with ui.element("div").classes("choices"):
-        choice("Measurements", sets, data, lambda v: ui.navigate.to(f"/explore?data={v}"))
+    data = asked_data(view, "/explore")
     with told(view):
         dataset = await asyncio.to_thread(loaded, project.inside(data))
         await _Explorer(view, dataset, data).build()
@@ -135,12 +95,7 @@ class _Explorer:
         with ui.element("div").classes("choices"):
             choice("Load across", numbers, chosen.a, partial(self._set, "a"))
             choice("Load up", numbers, chosen.b, partial(self._set, "b"))
-            field = ui.input(
-                "Part of a test name",
-                value=chosen.tests,
-                on_change=lambda e: self._set("tests", e.value),
-            )
-            field.props("outlined dense clearable").classes("choice")
+            text_field("Part of a test name", chosen.tests, partial(self._set, "tests")).props("clearable")
             ui.switch("Pick whole tests", value=chosen.whole, on_change=lambda e: self._set("whole", e.value))
         with ui.element("div").classes("choices"):
             choice("Drawing with the mouse", _DRAGS, chosen.drag, self._drag)
@@ -158,7 +113,7 @@ class _Explorer:
         self._change(f"{{dragmode: '{self.chosen.drag}'}}")
 
     def _change(self, change: str) -> None:
-        ui.run_javascript(_DRAG % {"ids": self.ids, "change": change})
+        ui.run_javascript(f"tribofmu.relayout({self.ids}, {change})")
 
     async def _set(self, name: str, value: Any) -> None:
         setattr(self.chosen, name, value if isinstance(value, bool) else str(value or ""))
@@ -186,13 +141,12 @@ class _Explorer:
             with self.place:
                 empty("No test has such a name", "Empty the field with the name of the tests to see all.")
             return
-        plots = []
         with self.place, ui.element("div").classes("pictures"):
-            for figure in figures:
-                plots.append(_picture(figure, self.chosen.drag))
-        self.ids = ids = [p.id for p in plots]
+            plots = [_picture(figure, self.chosen.drag) for figure in figures]
+        self.ids = [p.id for p in plots]
+        whole = "true" if self.chosen.whole else "false"
         for plot in plots:
-            script = _BRUSH % {"ids": ids, "whole": str(bool(self.chosen.whole)).lower(), "own": plot.id}
+            script = f"(event) => tribofmu.brush(event, {plot.id}, {self.ids}, {whole}, emit)"
             for event in ("plotly_selected", "plotly_deselect"):
                 plot.on(event, self._picked, js_handler=script)
 
@@ -227,7 +181,6 @@ def _picture(figure: ReadFigure, drag: str) -> ui.plotly:
     frame.props.update({"role": "figure", "aria-label": figure.description})
     with frame:
         # plotly's own bar of buttons brings Chromium to a stand for minutes, and keys do not reach it.
-        config = {"responsive": True, "displayModeBar": False, "scrollZoom": True}
-        plot = plotted(figure.data, {**figure.layout, "dragmode": drag}, config)
+        plot = plotted(figure.data, {**figure.layout, "dragmode": drag}, scrollZoom=True)
         plot.style(f"width: 100%; height: {int(figure.layout.get('height') or 380)}px")
     return plot

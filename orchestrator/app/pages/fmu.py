@@ -10,10 +10,11 @@ from typing import Any
 
 from nicegui import ui
 
+from fmus.native.platforms import PLATFORMS
 from friction_models.common.markup import escape, table
 
 from .. import commands
-from ..commands.fmus import MOST_NODES, SWITCHES, TARGETS, PackOptions, last_check, pack, platform_names
+from ..commands.fmus import MOST_NODES, SWITCHES, TARGETS, PackOptions, last_check, pack
 from ..fmu_facts import Facts, facts_of
 from ..project import history
 from ..project.history import Story
@@ -21,8 +22,20 @@ from ..project.project import changed
 from ..serving import has_page, page_address
 from ..work.job import DONE, FAILED, Job
 from .frame import page_head
-from .parts import action, choice, download, empty, fold, heading, line, reading, say, words
-from .parts import button as press
+from .parts import (
+    action,
+    choice,
+    download,
+    empty,
+    fold,
+    heading,
+    number_field,
+    panel,
+    reading,
+    say,
+    text_field,
+    words,
+)
 from .view import View
 
 
@@ -91,9 +104,7 @@ def _pack(view: View, models: list[str]) -> None:
         command = pack(model, kept.options)
         if model in aside:
             say(f"{commands.short(model)} is {aside[model]}: it is not the model in hand.", "problem")
-        with ui.element("div").classes("action"):
-            press("Pack as FMU", lambda: view.run(command), "" if model in aside else "first")
-            line(command)
+        action(view, command, "Pack as FMU", first=model not in aside)
 
     def changed(name: str, value: Any) -> None:
         if name == "model":
@@ -107,25 +118,24 @@ def _pack(view: View, models: list[str]) -> None:
         names = {m: commands.short(m) + (f" ({aside[m]})" if m in aside else "") for m in models}
         choice("Model", names, kept.model or offered, partial(changed, "model"))
         choice("FMI version", ["2.0", "3.0"], options.fmi, partial(changed, "fmi"))
-        nodes = ui.number("Contact points", value=options.nodes, min=1, max=MOST_NODES, precision=0)
-        nodes.props("outlined dense").classes("choice").props["hint"] = (
-            "1, or the nodes of a contact as arrays"
-        )
-        nodes.on_value_change(lambda e: changed("nodes", int(e.value or 1)))
+        number_field(
+            "Contact points", options.nodes, lambda v: changed("nodes", int(v or 1)), "1, or the nodes of a contact as arrays",
+            min=1, max=MOST_NODES, precision=0,
+        )  # fmt: skip
     with fold(view, "More options"):
         # Only some of them have a hint below.
         with ui.element("div").classes("choices").style("align-items: flex-start"):
             choice("Runs as", TARGETS, options.target, partial(changed, "target"))
             platforms = choice(
-                "Platforms", {n: n for n in platform_names()}, list(options.platforms),
+                "Platforms", list(PLATFORMS), list(options.platforms),
                 lambda v: changed("platforms", tuple(v)), multiple=True,
             )  # fmt: skip
             platforms.props("use-chips").style("min-width: 270px").props["hint"] = (
                 "without one: that of this machine"
             )
-            named = ui.input("Name inside the FMU", value=options.name)
-            named.props("outlined dense").classes("choice").props["hint"] = "without one: from the model"
-            named.on_value_change(lambda e: changed("name", str(e.value or "").strip()))
+            text_field(
+                "Name inside the FMU", options.name, lambda v: changed("name", v.strip()), "without one: from the model"
+            )  # fmt: skip
         for name, said in SWITCHES.items():
             ui.checkbox(
                 said, value=getattr(options, name), on_change=lambda e, n=name: changed(n, bool(e.value))
@@ -136,8 +146,7 @@ def _pack(view: View, models: list[str]) -> None:
 def _file(view: View, path: str, facts: Facts, checked: tuple[str, str]) -> None:
     check = commands.fmus.check(path)
     system = path.endswith(".ssp")
-    with ui.element("section").classes("panel"):
-        heading(path.removeprefix("fmus/"))
+    with panel(path.removeprefix("fmus/")):
         if facts.problem:
             say(view.bare(facts.problem), "problem")
         rows = [*facts.rows, *([] if system else [("checked", _last(checked, facts.written))])]

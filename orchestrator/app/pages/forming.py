@@ -19,22 +19,8 @@ from ..serving import address
 from .compare import CONSTANTS
 from .forming_form import FormState, ask, constants_of, first_form, processes
 from .frame import page_head
-from .parts import (
-    action,
-    badge,
-    button,
-    choice,
-    download,
-    empty,
-    fold,
-    heading,
-    parts,
-    reading,
-    say,
-    section,
-    told,
-    words,
-)
+from .parts import action, button, choice, download, empty, fold, heading, panel, reading, say, told, words
+from .report_parts import badge, parts, section
 from .view import View
 
 
@@ -87,9 +73,8 @@ async def _results(view: View) -> None:
             "force curves go into the folder press, then the runs are laid over them.",
         )
         return
-    asked = view.query.get("name", "")
-    name = view.kept.get("forming shown") or (asked if asked in names else names[0])
-    name = name if name in names else names[0]
+    asked = (view.kept.get("forming shown"), view.query.get("name"))
+    name = next((n for n in asked if n in names), names[0])
     heading(f"Results: {name}")
     if len(names) > 1:
 
@@ -120,8 +105,7 @@ async def _coverage(view: View, name: str) -> None:
     data = view.story().data
     if not runs:
         return
-    with ui.element("section").classes("panel"):
-        heading("Were these loads tested?")
+    with panel("Were these loads tested?"):
         if not data:
             say(
                 "There are no measurements yet: bring some, and the loads of the process are held against them."

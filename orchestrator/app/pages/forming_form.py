@@ -17,11 +17,9 @@ from friction_models.common.markup import table
 
 from .. import commands
 from ..commands import Command
-from ..commands.forming import Forming
 from ..project import is_name
 from .compare import CONSTANTS, own_models
-from .parts import button as press_button
-from .parts import choice, fold, line, say, words
+from .parts import action, choice, fold, number_field, say, text_field, words
 from .view import View
 
 if TYPE_CHECKING:
@@ -86,7 +84,7 @@ async def ask(view: View, form: FormState) -> None:
         except InputError:
             # A value that the process refuses: the button says so, the fields stay as they are declared.
             known = _declared(FormState(form.process))
-        _fields(view, form, known, update)
+        _fields(view, form, known, changed)
 
     @ui.refreshable
     def button() -> None:
@@ -95,25 +93,21 @@ async def ask(view: View, form: FormState) -> None:
         except InputError as error:
             say(str(error), "problem")
             return
-        with ui.element("div").classes("action"):
-            press_button("Run them", lambda: view.run(command), "first")
-            line(command)
+        action(view, command, "Run them", first=True)
 
-    def update() -> None:
+    def changed(**values: Any) -> None:
+        for name, value in values.items():
+            setattr(form, name, value)
         view.project.keep("forming", asdict(form))
         button.refresh()
 
     def another(process: str) -> None:
-        form.process, form.values, form.levels, form.stroke, form.press = process, {}, {}, None, ""
+        changed(process=process, values={}, levels={}, stroke=None, press="")
         fields.refresh()
-        update()
 
     def curve(path: str) -> None:
-        form.press = path
-        if path:
-            _as_pressed(form, curves[path])
+        changed(press=path, **(curves[path].filled_in if path else {}))
         fields.refresh()
-        update()
 
     curves = await asyncio.to_thread(_curves, view)
     form.press = form.press if form.press in curves else ""
@@ -129,27 +123,17 @@ async def ask(view: View, form: FormState) -> None:
         form.models = kept
         if own:
             names = {m: m.removeprefix("models/").removeprefix("fmus/") for m in own}
-            models = choice(
-                "Friction models",
-                names,
-                kept,
-                lambda v: _set(form, "models", list(v), update),
-                multiple=True,
-            )
+            models = choice("Friction models", names, kept, lambda v: changed(models=list(v)), multiple=True)
             models.props("use-chips").classes("names")
-        _text("Constant mu", form.constants, "several by commas", lambda v: _set(form, "constants", v, update))  # fmt: skip
-        _text("Name of the results", form.name, f"without a name: {form.process}", lambda v: _set(form, "name", v, update))  # fmt: skip
+        text_field("Constant mu", form.constants, lambda v: changed(constants=v), "several by commas")
+        note = f"without a name: {form.process}"
+        text_field("Name of the results", form.name, lambda v: changed(name=v), note)
     ui.checkbox(
         "State how far the loads may be off (each model runs once more with smaller elements)",
         value=form.local_errors,
-        on_change=lambda e: _set(form, "local_errors", bool(e.value), update),
+        on_change=lambda e: changed(local_errors=bool(e.value)),
     )
     button()
-
-
-def _set(form: FormState, name: str, value: Any, update: Callable[[], None]) -> None:
-    setattr(form, name, value)
-    update()
 
 
 def processes() -> dict[str, str]:
@@ -169,7 +153,7 @@ def _given(form: FormState) -> dict[str, float | str]:
     return {n: v for n, v in form.values.items() if v != ""}
 
 
-def _fields(view: View, form: FormState, known: dict[str, Parameter], update: Callable[[], None]) -> None:
+def _fields(view: View, form: FormState, known: dict[str, Parameter], changed: Callable[..., None]) -> None:
     """Show a field for each parameter: those of the shape first, what has a good default folded away."""
     from forming.materials.files import shipped
 
@@ -181,27 +165,28 @@ def _fields(view: View, form: FormState, known: dict[str, Parameter], update: Ca
         label = f"{label} [{p.unit}]" if p.unit else label
         value = form.values.get(p.name, p.default)
         if p.kind == "switch":
-            ui.checkbox(label, value=bool(value), on_change=lambda e: changed(p, bool(e.value)))
+            ui.checkbox(label, value=bool(value), on_change=lambda e: typed(p, bool(e.value)))
         elif p.kind == "material":
             names = shipped()
             own = str(value or "16MnCr5")
-            choice(label, names if own in names else [*names, own], own, lambda v: changed(p, v))
+            choice(label, names if own in names else [*names, own], own, partial(typed, p))
         else:
             number = None if isinstance(value, str) else value
-            made = ui.number(label, value=number, min=p.low, max=p.high, precision=0 if p.kind == "count" else None)  # fmt: skip
-            made.props("outlined dense").classes("choice").props["hint"] = _hint(p)
-            made.on_value_change(lambda e: changed(p, e.value))
+            precision = 0 if p.kind == "count" else None
+            number_field(
+                label, number, partial(typed, p), _hint(p), min=p.low, max=p.high, precision=precision
+            )
 
-    def changed(p: Parameter, value: Any) -> None:
+    def typed(p: Parameter, value: Any) -> None:
+        values = dict(form.values)
         if value is None or value == p.default:
-            form.values.pop(p.name, None)
+            values.pop(p.name, None)
         else:
-            form.values[p.name] = int(value) if p.kind == "count" else value
-        update()
+            values[p.name] = int(value) if p.kind == "count" else value
+        changed(values=values)
 
     def level(name: str, value: str) -> None:
-        form.levels[name] = value
-        update()
+        changed(levels={**form.levels, name: value})
 
     rest = [p for p in known.values() if not shape(p) and p.name not in (*_LEVEL, "material")]
     with ui.element("div").classes("form"):
@@ -213,12 +198,9 @@ def _fields(view: View, form: FormState, known: dict[str, Parameter], update: Ca
             p = known[name]
             value = form.levels.get(name, f"{p.default:g}")
             note = f"{p.low:g} to {p.high:g}, several by commas"
-            _text(f"{words_} [{p.unit}]", value, note, partial(level, name))
-        stroke = ui.number("stroke [mm]", value=form.stroke, min=0.1)
-        stroke.props("outlined dense").classes("choice").props["hint"] = (
-            "20 mm without one, or what it allows"
-        )
-        stroke.on_value_change(lambda e: _set(form, "stroke", e.value, update))
+            text_field(f"{words_} [{p.unit}]", value, partial(level, name), note)
+        note = "20 mm without one, or what it allows"
+        number_field("stroke [mm]", form.stroke, lambda v: changed(stroke=v), note, min=0.1)
 
     with fold(view, "Tools, heat and mesh"), ui.element("div").classes("form"):
         for p in rest:
@@ -239,19 +221,8 @@ def _hint(p: Parameter) -> str:
     return _allowed(p) if p.default is not None else f"{_allowed(p)}, or none"
 
 
-def _text(label: str, value: str, hint: str, changed: Callable[[str], None]) -> None:
-    made = ui.input(label, value=value, on_change=lambda e: changed(str(e.value or "")))
-    made.props("outlined dense").classes("choice").props["hint"] = hint
-
-
 def _command(form: FormState) -> Command:
-    """Return the command line of the form.
-
-    Raises
-    ------
-    InputError
-        What the process or the command would refuse.
-    """
+    """Return the command line of the form; raises InputError for what the process or the command would refuse."""
     from ...comparison.in_process import FormingPlan
 
     levels = [_numbers(form.levels[n], n) if n in form.levels else [] for n in _LEVEL]
@@ -271,17 +242,15 @@ def _command(form: FormState) -> Command:
         raise InputError("A press curve is that of one level: give one speed and one tool temperature.")
     values = {n: _written(v) for n, v in _given(form).items()}
     return commands.forming.form(
-        Forming(
-            form.process,
-            models,
-            values,
-            speeds,
-            temperatures,
-            form.stroke,
-            form.press,
-            form.local_errors,
-            form.name,
-        )
+        form.process,
+        models,
+        values,
+        speeds,
+        temperatures,
+        form.stroke,
+        form.press,
+        form.local_errors,
+        form.name,
     )
 
 
@@ -312,13 +281,10 @@ def constants_of(text: str) -> list[str]:
 
 @dataclass(frozen=True)
 class _Curve:
-    """A press level: what it is called, and the process that formed it."""
+    """A press level: what it is called, and what it fills into the form."""
 
     label: str
-    process: str
-    numbers: Mapping[str, float | str]
-    stroke: float
-    name: str
+    filled_in: dict[str, Any]
 
 
 def _curves(view: View) -> dict[str, _Curve]:
@@ -340,17 +306,15 @@ def _curves(view: View) -> dict[str, _Curve]:
             if not is_name(recorded.file):
                 continue
             label = f"{folder.name}: {level.process}, {level.speed:g} mm/s, {level.T_tool:g} degC, {recorded.lubricant}"
-            name = PurePosixPath(recorded.file).stem
-            found[path] = _Curve(label, level.process, level.numbers, level.stroke, f"{folder.name}-{name}")  # fmt: skip
+            filled_in = {
+                "process": level.process,
+                "stroke": level.stroke,
+                "levels": {n: f"{level.numbers[n]:g}" for n in _LEVEL},
+                "values": {n: v for n, v in level.numbers.items() if n not in _LEVEL},
+                "name": f"{folder.name}-{PurePosixPath(recorded.file).stem}",
+            }
+            found[path] = _Curve(label, filled_in)
     return found
-
-
-def _as_pressed(form: FormState, curve: _Curve) -> None:
-    """Fill the form with what the press did."""
-    form.process, form.stroke = curve.process, curve.stroke
-    form.levels = {name: f"{curve.numbers[name]:g}" for name in _LEVEL}
-    form.values = {n: v for n, v in curve.numbers.items() if n not in _LEVEL}
-    form.name = curve.name
 
 
 def first_form(view: View) -> FormState:

@@ -41,38 +41,6 @@ AT_ONCE = 0.3
 _READY_TO_DRAW = '<script type="module">import("nicegui-plotly")</script>'
 #: Pages without pictures; only those of raw files have some.
 _NO_PICTURES = {"/measurements", "/fmu", "/reports"}
-#: A picture that leaves the page while it is being sized has nothing to size any more; plotly calls that an error.
-_HIDDEN_PICTURES = """
-addEventListener('unhandledrejection', (event) => {
-  if (String(event.reason?.message ?? event.reason).includes('Resize must be passed a displayed plot div')) event.preventDefault();
-});
-"""
-
-
-#: A page that is built anew is short for a moment. It keeps its length, or who reads further down would be thrown to the top.
-_STAY = """
-{
-  let at = 0, timer = 0;
-  addEventListener('scroll', () => { at = scrollY }, {passive: true});
-  const watch = () => {
-    const content = document.getElementById('content');
-    if (!content) return requestAnimationFrame(watch);
-    // On a phone the names of the pages are one line, moved sideways: that of this page is in sight.
-    const here = document.querySelector('nav .here');
-    if (here) here.parentElement.scrollLeft = here.offsetLeft - (here.parentElement.clientWidth - here.offsetWidth) / 2;
-    const free = () => {
-      if (content.hasAttribute('aria-busy')) timer = setTimeout(free, 500);
-      else content.style.minHeight = '';
-    };
-    new MutationObserver(() => {
-      if (at) content.style.minHeight = `${at + innerHeight}px`;
-      clearTimeout(timer);
-      timer = setTimeout(free, 500);
-    }).observe(content, {childList: true});
-  };
-  watch();
-}
-"""
 
 
 class Workbench:
@@ -82,13 +50,14 @@ class Workbench:
         self.project, self.worker = project, worker
         # NiceGUI names to the browser only what was looked at once before the page was sent; pictures may come later.
         self.late = (ui.plotly, ui.aggrid)
-        self.style = files("orchestrator.app").joinpath("style.css").read_text(encoding="utf-8")
+        style, script = (files("orchestrator.app") / name for name in ("style.css", "workbench.js"))
+        self.head = f"<style>{style.read_text('utf-8')}</style><script>{script.read_text('utf-8')}</script>"
 
     async def root(self, request: Request) -> None:
         """Build the page of an address."""
         path = request.url.path.rstrip("/") or "/"
         found = next((p for p in PAGES if p[0] == path), None)
-        ui.add_head_html(f"<style>{self.style}</style><script>{_HIDDEN_PICTURES}{_STAY}</script>")
+        ui.add_head_html(self.head)
         ui.page_title(f"{found[1] if found else 'No such page'} - {self.project.title}")
         look = request.cookies.get("tribofmu-look", "auto")
         mode = ui.dark_mode(LOOKS.get(look))

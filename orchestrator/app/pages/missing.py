@@ -14,27 +14,12 @@ from friction_models.common.markup import escape
 
 from ...report.reading import ReadFigure, ReadPage
 from .. import commands
-from ..answer import Answer, Offer
+from ..answer import Answer, Offer, rounds_of
 from ..commands import Command
 from ..project.history import ACCEPTED, TAKEN_BACK, Round, Story, learnt_from
-from ..rounds import rounds_of
 from .frame import page_head
-from .parts import (
-    action,
-    badge,
-    button,
-    choice,
-    download,
-    empty,
-    fold,
-    heading,
-    parts,
-    picture,
-    say,
-    section,
-    told,
-    words,
-)
+from .parts import action, button, choice, download, empty, fold, heading, panel, say, told, words
+from .report_parts import badge, parts, picture, section
 from .view import View
 
 _NEXT = "<h3>What to test next</h3>"
@@ -203,8 +188,7 @@ def _take_back(view: View, model: str) -> None:
 def _decide(view: View, addition: Round) -> None:
     """Show an addition before and after, to be accepted or taken back."""
     page = None
-    with ui.element("section").classes("panel"):
-        heading(f"Before and after: {' and '.join(addition.added)} added")
+    with panel(f"Before and after: {' and '.join(addition.added)} added"):
         with told(view):
             page = view.page(addition.report) if addition.report else None
         if page is not None:
@@ -223,8 +207,7 @@ async def _rounds(view: View, story: Story, answer: Answer) -> None:
     """Show the additions that were accepted as a staircase, and the way on."""
     if len(story.rounds) < 2:
         return
-    with ui.element("section").classes("panel"):
-        heading("The rounds so far")
+    with panel("The rounds so far"):
         with told(view):
             figure = await asyncio.to_thread(_staircase, view, story.model, answer)
             if figure is not None:

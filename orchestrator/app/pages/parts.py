@@ -1,25 +1,23 @@
-"""What pages are built of: sections, figures of reports, command lines with their button, empty states."""
+"""What pages are built of: words, fields, buttons, command lines with their button, empty states."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
-from nicegui import app, events, ui
+from nicegui import app, ui
 
 from friction_models.common import InputError
 from friction_models.common.errors import nearest, shown
 from friction_models.common.markup import escape
 
-from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
 from ..commands import Command
 from ..serving import address
-from .sizes import least_width
-from .stepped import has_slider, stepped
 from .view import View
 
+Field = TypeVar("Field", bound=ui.element)
 #: Where a tab keeps how its project names paths.
 BARE = "bare"
 
@@ -54,15 +52,19 @@ def told(view: View) -> Iterator[None]:
         say(view.bare(str(error)), "problem")
 
 
-def asked_data(view: View, sets: Mapping[str, str], otherwise: str) -> str:
-    """Return the data set that the address names; where the project has none of that name, say so and return `otherwise`."""
-    asked = view.query.get("data", "")
-    if not asked or asked in sets:
-        return asked or otherwise
-    near = nearest(asked, sets) or nearest(f"data/{asked}", sets)
-    guess = f"; the nearest name is {near}" if near else ""
-    say(f"The project has no data set {shown(asked, 80)}{guess}. This page shows {otherwise}.", "problem")
-    return otherwise
+def asked_data(view: View, page: str, fewest: int = 1) -> str:
+    """Return the data set that the address of a page names, or the one in hand; it can be chosen where there are so many."""
+    sets, asked, data = view.data_sets(), view.query.get("data", ""), view.story().data
+    if asked in sets:
+        data = asked
+    elif asked:
+        near = nearest(asked, sets) or nearest(f"data/{asked}", sets)
+        guess = f"; the nearest name is {near}" if near else ""
+        say(f"The project has no data set {shown(asked, 80)}{guess}. This page shows {data}.", "problem")
+    if len(sets) >= fewest:
+        with ui.element("div").classes("choices"):
+            choice("Measurements", sets, data, lambda value: ui.navigate.to(f"{page}?data={value}"))
+    return data
 
 
 def heading(text: str, level: int = 2) -> None:
@@ -71,67 +73,12 @@ def heading(text: str, level: int = 2) -> None:
         ui.html(escape(text), sanitize=False, tag="span")
 
 
-def picture(
-    figure: ReadFigure,
-    narrow: bool = False,
-    pressed: Callable[[events.GenericEventArguments], None] | None = None,
-) -> None:
-    """Show a figure of a report; a `narrow` one fits a phone, others are moved sideways there.
-
-    `pressed` is called with plotly's event of a click on a point.
-    """
-    if has_slider(figure):
-        stepped(figure)
-    else:
-        frame = drawing(figure.data, figure.layout, figure.description).classes("narrow" if narrow else "")
-        if pressed is not None:
-            frame.default_slot.children[0].on("plotly_click", pressed, ["points"])
-    if figure.caption:
-        words(figure.caption, "caption")
-
-
-def drawing(data: list[Any], layout: dict[str, Any], description: str) -> ui.element:
-    """Show a figure as plotly takes it; `description` is what a screen reader says."""
-    frame = ui.element("div").classes("plot")
-    frame.props.update({"role": "img", "aria-label": description, "tabindex": "0"})
-    with frame:
-        height = layout.get("height") or 330
-        config = {"displayModeBar": False, "responsive": True}
-        plot = plotted(data, layout, config)
-        plot.style(f"width: 100%; height: {int(height)}px; min-width: {least_width(layout)}px")
-    return frame
-
-
-def plotted(data: list[Any], layout: dict[str, Any], config: dict[str, Any]) -> ui.plotly:
-    """Show a figure that stays as it is, as wide as there is room."""
-    plot = ui.plotly({"data": data, "layout": {**layout, "autosize": True}, "config": config})
-    # What comes to a page later would be drawn twice: as it comes, and by a call that brings it up to date.
-    plot._update_method = None
-    return plot
-
-
-def section(found: ReadSection | None, title: str = "") -> None:
-    """Show a section of a report, if there is one."""
-    if found is None or not found.parts:
-        return
-    with ui.element("section"):
-        heading(title or found.heading)
-        parts(found.parts)
-
-
-def parts(found: Iterable[Part]) -> None:
-    """Show parts of a section."""
-    for part in found:
-        if isinstance(part, ReadFigure):
-            picture(part)
-        else:
-            words(part)
-
-
-def badge(page: ReadPage) -> None:
-    """Say that the numbers of a report are no measurements."""
-    if page.synthetic:
-        ui.label("synthetic data").classes("badge")
+def panel(title: str, level: int = 2) -> ui.element:
+    """Show a framed part of a page below its heading; what belongs into it is built within it."""
+    made = ui.element("section").classes("panel")
+    with made:
+        heading(title, level)
+    return made
 
 
 def button(label: str, pressed: Callable[[], Any], kind: str = "") -> ui.button:
@@ -205,30 +152,10 @@ def download(path: str, label: str) -> None:
     ui.link(label, address(path)).classes("button").props("download")
 
 
-#: A new tab stays white until its page is there: what was pressed says at once that it comes, until somebody is back.
-_OPENING = """
-(event) => {
-  const link = event.currentTarget, said = link.textContent;
-  if (link.hasAttribute('aria-busy')) return;
-  link.setAttribute('aria-busy', 'true');
-  link.textContent = 'Opening in a new tab ...';
-  const back = () => {
-    if (document.hidden) return;
-    clearTimeout(timer);
-    document.removeEventListener('visibilitychange', back);
-    link.removeAttribute('aria-busy');
-    link.textContent = said;
-  };
-  const timer = setTimeout(back, 8000);
-  document.addEventListener('visibilitychange', back);
-}
-"""
-
-
 def reading(target: str, label: str) -> ui.link:
     """Show a link to a page of its own, which opens in a new tab."""
     made = ui.link(label, target, new_tab=True).classes("button").props('rel="noopener"')
-    made.on("click", js_handler=_OPENING)
+    made.on("click", js_handler="(event) => tribofmu.opening(event)")
     return made
 
 
@@ -239,4 +166,26 @@ def choice(
     heard = _heard(changed)
     field = ui.select(options, value=value, label=label, on_change=lambda e: heard(e.value), **more)
     field.props("outlined dense options-dense").classes("choice")
+    return field
+
+
+def text_field(
+    label: str, value: str, changed: Callable[[str], Any] = lambda text: None, hint: str = "", **more: Any
+) -> ui.input:
+    """Show a field to type in; the hint stands below it."""
+    field = ui.input(label, value=value, on_change=lambda e: changed(str(e.value or "")), **more)
+    return _dressed(field, hint)
+
+
+def number_field(
+    label: str, value: float | None, changed: Callable[[float | None], Any], hint: str = "", **more: Any
+) -> ui.number:
+    """Show a field for a number; the hint stands below it."""
+    return _dressed(ui.number(label, value=value, on_change=lambda e: changed(e.value), **more), hint)
+
+
+def _dressed(field: Field, hint: str) -> Field:
+    field.props("outlined dense").classes("choice")
+    if hint:
+        field.props["hint"] = hint
     return field

@@ -12,7 +12,7 @@ from ..commands.forming import STORY, story
 from ..project import history
 from ..serving import address
 from .frame import page_head
-from .parts import action, download, empty, heading, reading, say, words
+from .parts import action, download, empty, heading, panel, reading, say, words
 from .view import View
 
 #: Most lines of the history that are shown.
@@ -52,7 +52,7 @@ async def show(view: View) -> None:
             str(line.get("time", ""))[:19].replace("T", " "),
             line["event"],
             history.about(line),
-            _outcome(line),
+            history.outcome(line) or ("running, or broken off" if line["event"] == history.STARTED else ""),
         )
         for line in _told(lines)[::-1][:_LINES]
     ]
@@ -65,8 +65,7 @@ def _story(view: View, reports: list[str]) -> None:
     """Offer the page that tells all in one, and show where it is."""
     if not reports and not view.project.data_sets():
         return
-    with ui.element("section").classes("panel"):
-        heading("The story of this project")
+    with panel("The story of this project"):
         say(
             "One page with what was measured, what the models missed, what was added, packed and formed. It works offline and "
             "can be given away.",
@@ -83,10 +82,3 @@ def _told(lines: list[dict[str, object]]) -> list[dict[str, object]]:
     """Return the lines without the starts of commands whose end is there, too."""
     ended = {str(line.get("job")) for line in lines if line["event"] == history.ENDED}
     return [line for line in lines if line["event"] != history.STARTED or str(line.get("job")) not in ended]
-
-
-def _outcome(line: dict[str, object]) -> str:
-    if line["event"] != history.ENDED:
-        return "running, or broken off" if line["event"] == history.STARTED else ""
-    said = {"0": "done", "2": "refused", "130": "cancelled"}.get(str(line.get("code")), "failed")
-    return f"{said} in {line['seconds']} s" if "seconds" in line else said

@@ -10,20 +10,12 @@ from nicegui import events, ui
 
 from friction_models.common.errors import shown
 from friction_models.common.wording import counted
+from friction_models.discovery.answer.figures_data import varied
 from friction_models.loads.contract import with_unit
 
-from ..figures.residuals import (
-    Cell,
-    between,
-    cell_map,
-    cells,
-    curves,
-    models_of,
-    over_loads,
-    points_of,
-    varied_loads,
-)
-from .parts import button, choice, heading, picture, say
+from ..figures.residuals import Cell, between, cell_map, cells, curves, models_of, over_loads, points_of
+from .parts import button, choice, heading, panel, say
+from .report_parts import picture
 from .view import View
 
 #: Most cells of the table and most tests of a cell that are shown.
@@ -36,7 +28,7 @@ async def show_residuals(view: View, path: str) -> None:
     if not file.is_file():
         return
     frame = await asyncio.to_thread(points_of, file)
-    models, loads = models_of(frame), varied_loads(frame)
+    models, loads = models_of(frame), varied(frame)
     if not loads:
         return
     with ui.element("section"):
@@ -87,8 +79,7 @@ async def show_residuals(view: View, path: str) -> None:
         cell, test = opened.get("cell"), opened.get("test")
         if not isinstance(cell, Cell):
             return
-        with ui.element("section").classes("panel"):
-            heading(f"{counted(len(cell.tests), 'test')}: {_where(cell, chosen)}", 3)
+        with panel(f"{counted(len(cell.tests), 'test')}: {_where(cell, chosen)}", 3):
             with ui.element("div").classes("buttons"):
                 for name in cell.tests[:TESTS]:
                     button(shown(name, 60), partial(open_test, name), "plain" if name != test else "")

@@ -25,23 +25,15 @@ FIRST_MODEL = "linear"
 
 @dataclass
 class View:
-    """A page in one browser tab.
-
-    Attributes
-    ----------
-    project, worker
-    query : mapping
-        What stands behind the question mark of the address.
-    started : callable
-        Shows at once that a command was started.
-    kept : dict
-        What was filled in and not saved yet: the page is built anew when a command ends.
-    """
+    """A page in one browser tab."""
 
     project: Project
     worker: Worker
+    #: What stands behind the question mark of the address.
     query: Mapping[str, str]
+    #: Shows at once that a command was started.
     started: Callable[[], None]
+    #: What was filled in and not saved yet: the page is built anew when a command ends.
     kept: dict[str, Any] = field(default_factory=dict)
     #: Until then the page stays as it is, on the monotonic clock: a page built anew breaks off what the browser is sending.
     _held: float = 0.0
@@ -67,8 +59,7 @@ class View:
 
     def data_sets(self) -> dict[str, str]:
         """Return the data sets of the project, and what pages call them."""
-        places = map(self.project.relative, self.project.data_sets())
-        return {place: short(place) for place in places}
+        return {place: short(place) for place in map(self.project.relative, self.project.data_sets())}
 
     def lines(self) -> list[dict[str, object]]:
         """Return the history."""
@@ -77,7 +68,7 @@ class View:
     def story(self) -> Story:
         """Return where the loop stands; the first data set and a plain model where nothing, or nothing of this project, was chosen."""
         story = Story.of(self.lines())
-        sets = [self.project.relative(p) for p in self.project.data_sets()]
+        sets = list(self.data_sets())
         models = {self.project.relative(p) for p in self.project.models()} | {*FAMILIES}
         if not story.data and story.rounds and sets:
             # The loop was begun before there was a data set.
@@ -117,7 +108,6 @@ class View:
     def note(self, event: str, **content: Any) -> None:
         """Write a decision into the history."""
         history.add(self.project.root / HISTORY, event, **content)
-        self.worker.changes += 1
 
     def bare(self, text: str) -> str:
         """Return a sentence with paths as the project names them."""

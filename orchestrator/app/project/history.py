@@ -29,10 +29,7 @@ _LARGEST = 50_000_000
 def add(file: Path, event: str, /, **content: Any) -> None:
     """Append a line.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written, or the disk is full.
+    Raises InputError: the file cannot be written, or the disk is full.
     """
     line = {"time": datetime.now(UTC).isoformat(timespec="seconds"), "event": event, **content}
     # Half of a letter, which a browser can send, has no bytes; as JSON writes it, it is read as it was.
@@ -90,6 +87,20 @@ def about(line: Mapping[str, object]) -> str:
     if line.get("model") and line.get("data"):
         return f"{line['model']} on {line['data']}"
     return str(line.get("command") or line.get("model") or line.get("data") or line.get("file") or "")
+
+
+def outcome(line: Mapping[str, object]) -> str:
+    """Return how the command of a line ended, and after how long; empty for a line of another kind.
+
+    Examples
+    --------
+    >>> outcome({"event": "ended", "code": 130, "seconds": 2.5}), outcome({"event": "ended", "code": 1})
+    ('cancelled in 2.5 s', 'failed')
+    """
+    if line["event"] != ENDED:
+        return ""
+    said = {"0": "done", "2": "refused", "130": "cancelled"}.get(str(line.get("code")), "failed")
+    return f"{said} in {line['seconds']} s" if isinstance(line.get("seconds"), int | float) else said
 
 
 def learnt_from(lines: Sequence[Mapping[str, object]]) -> dict[str, str]:
@@ -154,20 +165,13 @@ class Round:
 
 @dataclass
 class Story:
-    """Where the loop stands.
+    """Where the loop stands."""
 
-    Attributes
-    ----------
-    data : str
-        The data set in hand; empty before one is chosen.
-    rounds : list of Round
-        The model at the start and every addition that was accepted.
-    waiting : list of Round
-        Additions to the model in hand that were computed and neither accepted nor taken back, the newest last.
-    """
-
+    #: The data set in hand; empty before one is chosen.
     data: str = ""
+    #: The model at the start and every addition that was accepted.
     rounds: list[Round] = field(default_factory=list)
+    #: Additions to the model in hand that were computed and neither accepted nor taken back, the newest last.
     waiting: list[Round] = field(default_factory=list)
 
     @property

@@ -24,14 +24,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,79}")
 
 @dataclass(frozen=True)
 class Project:
-    """A project folder.
-
-    Attributes
-    ----------
-    root : Path
-        Absolute, without links.
-    title : str
-        What the pages call it.
+    """A project folder; `root` is absolute and without links, `title` is what the pages call it.
 
     Examples
     --------
@@ -49,10 +42,7 @@ class Project:
     def open(cls, folder: Path, example: bool = False) -> Project:
         """Open a folder, make it where it is missing, and fill a new or empty one with the `example` on request.
 
-        Raises
-        ------
-        InputError
-            A file, a folder that holds something else, a project.yaml that cannot be read.
+        Raises InputError: a file, a folder that holds something else, a project.yaml that cannot be read.
         """
         if folder.exists() and not folder.is_dir():
             raise InputError(f"{folder}: is a file; allowed: a project folder, or a new one")
@@ -78,10 +68,7 @@ class Project:
     def inside(self, name: str) -> Path:
         """Return the file or folder of that path in the project.
 
-        Raises
-        ------
-        InputError
-            The path leads out of the project, also through a link, or into its working files.
+        Raises InputError: the path leads out of the project, also through a link, or into its working files.
         """
         refused = InputError(f"{shown(name, 80)!r}: leads out of the project; allowed: a path inside it")
         parts = name.split("/")

@@ -7,17 +7,20 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from friction_models.common import InputError, write_text
 from friction_models.common.yaml_files import read_yaml
+from friction_models.loads.earlier_tables import EARLIER, keep
 from sct_twin.ingest.measurement_files import is_test_table, measurement_files
 from sct_twin.readers import SUFFIXES, RawTable, read_file
 
 from ..commands.measuring import CHANNEL_MAP, POINT_MAP
 from ..project import Project, is_name, name_of
+from ..project.loaded import kept_while_unchanged
 
 RAW = "raw"
 #: Most files of a set.
@@ -29,23 +32,12 @@ _LARGEST_MAP = 1_000_000
 
 @dataclass(frozen=True)
 class RawSet:
-    """A set of files.
-
-    Attributes
-    ----------
-    place : str
-        Its path in the project.
-    files : list of str
-        Paths of the measurement files.
-    first : RawTable or None
-        What stands in the first file that can be read.
-    problem : str
-        Why none can be read.
-    """
+    """A set of measurement files; its `place` and the paths of its `files` are those in the project."""
 
     name: str
     place: str
     files: list[str]
+    #: What stands in the first file that can be read, or why none can be read.
     first: RawTable | None
     problem: str
 
@@ -59,10 +51,7 @@ class RawSet:
 def raw_set(project: Project, name: str) -> RawSet:
     """Return what is in a folder of `raw`.
 
-    Raises
-    ------
-    InputError
-        No such folder.
+    Raises InputError: no such folder.
     """
     place = f"{RAW}/{name}"
     folder = project.inside(place)
@@ -89,19 +78,9 @@ def raw_set(project: Project, name: str) -> RawSet:
     return RawSet(name, place, [project.relative(f) for f in kept], first, "" if first else problem)
 
 
+@kept_while_unchanged(4)
 def read_once(file: Path) -> RawTable:
-    """Return what stands in a file, read once for as long as it stays as it is.
-
-    Raises
-    ------
-    InputError
-        What `read_file` refuses.
-    """
-    return _table(file, file.stat().st_mtime_ns)
-
-
-@lru_cache(maxsize=4)
-def _table(file: Path, stamp: int) -> RawTable:
+    """Return what stands in a file; raises InputError for what `read_file` refuses."""
     return read_file(file)
 
 
@@ -119,10 +98,7 @@ def saved_map(project: Project, place: str, records: bool) -> dict[str, Any]:
 
 def map_text(content: Mapping[str, object]) -> str:
     """Return a map as the command line takes it."""
-    import yaml
-
-    text: str = yaml.safe_dump(content, allow_unicode=True, sort_keys=False, width=120)
-    return text
+    return str(yaml.safe_dump(content, allow_unicode=True, sort_keys=False, width=120))
 
 
 def save_map(project: Project, place: str, records: bool, content: Mapping[str, object]) -> str:
@@ -131,16 +107,10 @@ def save_map(project: Project, place: str, records: bool, content: Mapping[str, 
     file = project.inside(path)
     text = map_text(content)
     if file.is_file():
-        old = file.read_bytes()
-        if old == text.encode():
+        if file.read_bytes() == text.encode():
             return path
-        earlier = project.inside(f"{place}/earlier")
-        earlier.mkdir(exist_ok=True)
-        number = 1 + max(
-            (int(n[1]) for p in earlier.iterdir() if (n := re.search(r"-(\d{3})\.yaml$", p.name))), default=0
-        )
-        kept = earlier / f"{file.stem}-{number:03d}.yaml"
-        write_text(kept, old.decode("utf-8", errors="replace"))
+        project.inside(f"{place}/{EARLIER}")  # a link that leads out of the project is refused
+        keep(file, file.parent)
     write_text(file, text)
     return path
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -24,48 +24,24 @@ MOST_COLUMNS = 60
 TEST_TABLE = "test_table"
 
 
-class Entry(TypedDict, total=False):
-    """What a map says about one column."""
-
-    quantity: str
-    unit: str
-    sign: int
-    offset: float
-    scale: str
-    std: float
-    sensitivity: str
-    test_table: str
-
-
 @dataclass
 class ColumnForm:
-    """What a form says about one column.
-
-    Attributes
-    ----------
-    name : str
-        How the file names it.
-    is_ : str
-        The channel or quantity; empty where it is not used; `TEST_TABLE`.
-    unit : str
-        Where the file's own does not hold.
-    offset : float or None
-        Zero reading, in the unit of the column.
-    scale, std
-        As in a channel map: ``5 kN/V``; uncertainty of a force cell [N].
-    low, high : float or None
-        Limits of the rows that are kept (points).
-    """
+    """What a form says about one column, which the file calls `name`."""
 
     name: str
     file_unit: str = ""
     number: bool = True
+    #: The channel or quantity; empty where it is not used; `TEST_TABLE`.
     is_: str = ""
+    #: Where the file's own does not hold.
     unit: str = ""
     sign: int = 1
+    #: Zero reading, in the unit of the column.
     offset: float | None = None
+    #: As in a channel map: ``5 kN/V``; uncertainty of a force cell [N].
     scale: str = ""
     std: float | None = None
+    #: Limits of the rows that are kept (points).
     low: float | None = None
     high: float | None = None
     column: str = ""
@@ -75,34 +51,21 @@ class ColumnForm:
 
 @dataclass
 class MapForm:
-    """What a form says about a set of files.
-
-    Attributes
-    ----------
-    records : bool
-        Records of a tribometer over time; else tables of points.
-    columns : list of ColumnForm
-    mass : float or None
-        [kg]
-    name : str
-        Template of the files' names.
-    metadata : dict
-        What all tests share.
-    phases : dict
-        ``upsetting`` and ``sliding``: from and to [s]; empty to detect them.
-    absent : dict
-        What a saved map says about columns that the first file does not have.
-    filters : dict
-        ``despike`` and ``low_pass`` of a map that was written by hand.
-    """
+    """What a form says about a set of files: `records` of a tribometer over time, or tables of points."""
 
     records: bool
     columns: list[ColumnForm]
+    #: Moving mass [kg].
     mass: float | None = None
+    #: Template of the files' names.
     name: str = ""
+    #: What all tests share.
     metadata: dict[str, object] = field(default_factory=dict)
+    #: ``upsetting`` and ``sliding``: from and to [s]; or ``detect``.
     phases: object = "detect"
+    #: What a saved map says about columns that the first file does not have.
     absent: dict[str, object] = field(default_factory=dict)
+    #: ``despike`` and ``low_pass`` of a map that was written by hand.
     filters: dict[str, object] = field(default_factory=dict)
 
     @classmethod
@@ -123,9 +86,7 @@ class MapForm:
         form = cls(records, columns)
         entries = saved.get("channels" if records else "columns")
         was_saved = isinstance(entries, Mapping)
-        drafted: dict[str, object] = dict(
-            entries if isinstance(entries, Mapping) else drafted_columns(table, records)
-        )
+        drafted = dict(entries if isinstance(entries, Mapping) else drafted_columns(table, records))
         for column in columns:
             if column.name in drafted:
                 _fill(column, drafted.pop(column.name))
@@ -135,8 +96,8 @@ class MapForm:
                     column.sign = -1
             return form
         form.absent = drafted
-        mass, metadata = saved.get("moving_mass"), saved.get("metadata")
-        form.mass = number(mass)
+        metadata = saved.get("metadata")
+        form.mass = number(saved.get("moving_mass"))
         form.metadata = dict(metadata) if isinstance(metadata, Mapping) else {}
         form.name = str(saved.get("test_id" if records else "file_name") or "")
         form.phases = saved.get("phases") or "detect"
@@ -279,23 +240,20 @@ def _fill(column: ColumnForm, entry: Any) -> None:
     column.sensitivity = str(entry.get("sensitivity") or "")
 
 
-def _entry(column: ColumnForm, records: bool) -> Entry:
+def _entry(column: ColumnForm, records: bool) -> dict[str, object]:
+    """Return what a map says about a column; what is not filled in, or means nothing to points, is left out."""
     if column.is_ == TEST_TABLE:
         return {"test_table": column.column}
-    entry: Entry = {"quantity": column.is_}
-    if column.unit:
-        entry["unit"] = column.unit
-    if column.sign == -1:
-        entry["sign"] = -1
-    if records and column.offset:
-        entry["offset"] = column.offset
-    if records and column.scale:
-        entry["scale"] = column.scale
-    if records and column.std is not None:
-        entry["std"] = column.std
-    if column.sensitivity:
-        entry["sensitivity"] = column.sensitivity
-    return entry
+    said = {
+        "quantity": column.is_,
+        "unit": column.unit or None,
+        "sign": -1 if column.sign == -1 else None,
+        "offset": column.offset or None if records else None,
+        "scale": column.scale or None if records else None,
+        "std": column.std if records else None,
+        "sensitivity": column.sensitivity or None,
+    }
+    return {name: value for name, value in said.items() if value is not None}
 
 
 def number(value: object) -> float | None:

@@ -40,10 +40,7 @@ def line(source: str, target: str) -> str:
 def own_set(project: Project, file: str) -> str:
     """Move a file of a set into a set of its own, write it into the history, and return the name of the set.
 
-    Raises
-    ------
-    InputError
-        No such file.
+    Raises InputError: no such file.
     """
     path = project.inside(file)
     if not path.is_file() or path.parent.parent != project.root / RAW:
@@ -75,10 +72,7 @@ def moved_to(project: Project, place: str) -> str:
 def move(project: Project, source: str, target: str) -> None:
     """Move a set of files, and write it into the history.
 
-    Raises
-    ------
-    InputError
-        No such set; a name that is none, or is taken.
+    Raises InputError: no such set; a name that is none, or is taken.
     """
     folder, new = project.inside(source), project.inside(target)
     if not folder.is_dir():

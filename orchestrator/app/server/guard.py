@@ -53,22 +53,14 @@ _STYLE = (
 
 @dataclass
 class Access:
-    """Who may come in.
-
-    Attributes
-    ----------
-    port : int
-    token : str
-        Part of the printed address, and then the value of the cookie.
-    password : str
-        Asked for where others on the network can reach the server; empty on loopback.
-    names : tuple of str
-        Names of this machine beside the loopback ones.
-    """
+    """Who may come in."""
 
     port: int
+    #: Part of the printed address, and then the value of the cookie.
     token: str = field(default_factory=lambda: secrets.token_urlsafe(32), repr=False)
+    #: Asked for where others on the network can reach the server; empty on loopback.
     password: str = field(default="", repr=False)
+    #: Names of this machine beside the loopback ones.
     names: tuple[str, ...] = ()
 
     @property
@@ -134,18 +126,14 @@ class Guard:
         headers = _Headers(scope)
         hosts, origins = headers.all("host"), headers.all("origin")
         if len(hosts) != 1 or not self.access.knows(hosts[0]):
-            await _refuse(
-                scope, send, 403, "The workbench answers under the address that tribofmu app printed."
-            )
+            said = "The workbench answers under the address that tribofmu app printed."
+            await _refuse(scope, send, 403, said)
             return
         # A websocket always says from which page it comes; a page that is opened need not.
         own = f"{scope['scheme'].replace('ws', 'http')}://{hosts[0]}"
-        if any(o != own for o in origins) or (scope["type"] == "websocket" and not origins):
-            await _refuse(scope, send, 403, "The request comes from another page.")
-            return
-        if headers.one("sec-fetch-site") in {"cross-site", "same-site"} and not _is_navigation(
-            scope, headers
-        ):
+        foreign = any(o != own for o in origins) or (scope["type"] == "websocket" and not origins)
+        other_site = headers.one("sec-fetch-site") in {"cross-site", "same-site"}
+        if foreign or (other_site and not _is_navigation(scope, headers)):
             await _refuse(scope, send, 403, "The request comes from another page.")
             return
         if scope["type"] == "http" and await self._let_in(scope, headers, receive, send):
@@ -155,12 +143,8 @@ class Guard:
             return
         announced = headers.one("content-length")
         if announced.isdigit() and int(announced[:20]) > self.largest:
-            await _refuse(
-                scope,
-                send,
-                413,
-                f"{shown(announced, 20)} byte are too many; at most {self.largest} are taken.",
-            )
+            said = f"{shown(announced, 20)} byte are too many; at most {self.largest} are taken."
+            await _refuse(scope, send, 413, said)
             return
         bounded = _Bounded(receive, self.largest)
         try:

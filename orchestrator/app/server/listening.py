@@ -1,24 +1,35 @@
-"""The server of the workbench: opens the project, listens, guards, and opens the browser."""
+"""The server of the workbench: opens the project, builds the pages, listens, guards, and opens the browser."""
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import socket
 import sys
 import threading
 import webbrowser
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from friction_models.common import InputError
 from friction_models.common.locks import locked
 
 from ..project import WORK, Project
+from ..work.worker import Worker
 from .guard import LOOPBACK, Access, Guard, machine_names
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
 
 #: The first port that is tried, and how many behind it.
 PORT, PORTS = 8420, 50
 PASSWORD = "TRIBOFMU_APP_PASSWORD"
 SHORTEST = 12
+#: A drop between two faces: film and contact.
+ICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><rect width="32" height="32" rx="7" fill="#0a6f6a"/>'
+    '<path d="M5 11h22M5 22h22" stroke="#fff" stroke-width="3"/><circle cx="16" cy="16.5" r="3.6" fill="#f0a35e"/></svg>'
+)
 
 
 def serve(
@@ -30,12 +41,10 @@ def serve(
 ) -> None:
     """Serve the workbench of a project until it is interrupted.
 
-    Raises
-    ------
-    InputError
-        NiceGUI is missing; no project folder; a port that is taken; a host beyond loopback without a password.
+    Raises InputError: NiceGUI is missing; no project folder; a port that is taken; a host beyond loopback without a password.
     """
-    require_nicegui()
+    if importlib.util.find_spec("nicegui") is None:
+        raise InputError("app: needs NiceGUI, which is not installed; pip install 'tribofmu[app]' brings it")
     password = _password(host)
     project = Project.open(folder, example)
     with locked(
@@ -47,14 +56,6 @@ def serve(
             listening.getsockname()[1], password=password, names=machine_names() if password else ()
         )
         _run(project, access, listening, host, browser)
-
-
-def require_nicegui() -> None:
-    """Raise the sentence that names the extra where NiceGUI is not installed."""
-    from importlib.util import find_spec
-
-    if find_spec("nicegui") is None:
-        raise InputError("app: needs NiceGUI, which is not installed; pip install 'tribofmu[app]' brings it")
 
 
 def is_loopback(host: str) -> bool:
@@ -97,14 +98,39 @@ def _listen(host: str, port: int | None) -> socket.socket:
     raise AssertionError("the last port either is bound or raises")
 
 
+def _application(project: Project, worker: Worker) -> FastAPI:
+    """Return the pages and files of a project as an application, without the guard."""
+    # NiceGUI would make a folder where the user is; nothing is stored with it.
+    os.environ.setdefault("NICEGUI_STORAGE_PATH", str(project.root / WORK / "storage"))
+    from fastapi import FastAPI
+    from nicegui import ui
+
+    from ..pages.frame import Workbench
+    from ..serving import add_files
+
+    app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
+    add_files(app, project)
+    ui.run_with(
+        app,
+        root=Workbench(project, worker).root,
+        title="tribofmu workbench",
+        favicon=ICON,
+        dark=None,
+        language="en-GB",
+        tailwind=False,
+        show_welcome_message=False,
+        reconnect_timeout=10.0,
+        # Packing megabytes of scripts takes longer than sending them over the line of one machine.
+        gzip_middleware_factory=None,
+    )
+    return app
+
+
 def _run(project: Project, access: Access, listening: socket.socket, host: str, browser: bool) -> None:
     import uvicorn
 
-    from ..work.worker import Worker
-    from .build import build
-
     worker = Worker(project)
-    guarded = Guard(build(project, worker), access)
+    guarded = Guard(_application(project, worker), access)
     name = LOOPBACK[0] if is_loopback(host) and ":" not in host else f"[{host}]" if ":" in host else host
     if name == "0.0.0.0":
         name = machine_names()[0]
@@ -112,11 +138,8 @@ def _run(project: Project, access: Access, listening: socket.socket, host: str, 
     shown = address if access.password else f"{address}?token={access.token}"
     print(f"workbench of {project.root}\nopen {shown}\nCtrl-C ends it", flush=True)
     if access.password:
-        print(
-            "note: others on the network reach it with the password; nothing is encrypted",
-            file=sys.stderr,
-            flush=True,
-        )
+        note = "note: others on the network reach it with the password; nothing is encrypted"
+        print(note, file=sys.stderr, flush=True)
     server = uvicorn.Server(
         uvicorn.Config(
             guarded, log_level="warning", access_log=False, ws_max_size=20_000_000, timeout_graceful_shutdown=2,

@@ -20,23 +20,14 @@ WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "faile
 
 @dataclass
 class Job:
-    """A command that waits, runs or has ended.
-
-    Attributes
-    ----------
-    number : int
-    command : Command
-    state : str
-    progress : float or None
-        0 to 1, where the command says so.
-    saying : str
-        The last thing that it said.
-    """
+    """A command that waits, runs or has ended."""
 
     number: int
     command: Command
     state: str = WAITING
+    #: 0 to 1, where the command says so.
     progress: float | None = None
+    #: The last thing that it said.
     saying: str = ""
     began: float = 0.0
     seconds: float = 0.0

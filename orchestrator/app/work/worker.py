@@ -38,21 +38,13 @@ _PROGRESS = re.compile(r"([^:]{1,60}): (\d{1,9})/(\d{1,9})(?: (.*))?$")
 
 
 class Worker:
-    """Runs the commands of a project, first come first served.
-
-    Attributes
-    ----------
-    interrupted : list of Command
-        What was at work when the workbench ended the last time, and was not begun again.
-    changes : int
-        Rises with everything that a page might show: whoever sees another number looks again.
-    """
+    """Runs the commands of a project, first come first served."""
 
     def __init__(self, project: Project) -> None:
         self.project = project
         self.jobs: list[Job] = []
-        self.changes = 0
         self._numbers = itertools.count(1 + _last_number(project))
+        #: What was at work when the workbench ended the last time, and was not begun again.
         self.interrupted = interrupted_commands(project)
         self._wake = threading.Condition()
         self._closing = False
@@ -71,8 +63,8 @@ class Worker:
                     return job
             self.interrupted = [c for c in self.interrupted if c.arguments != command.arguments]
             job = Job(next(self._numbers), command)
-            self.jobs = [*[j for j in self.jobs if not j.ended][-20:], *self._ended(), job]
-            self.changes += 1
+            waiting, ended = ([j for j in self.jobs if j.ended == is_ended] for is_ended in (False, True))
+            self.jobs = [*waiting[-20:], *ended[-20:], job]
             self._wake.notify_all()
         return job
 
@@ -80,25 +72,16 @@ class Worker:
         """Do not offer an interrupted command any more."""
         with self._wake:
             self.interrupted = [c for c in self.interrupted if c.arguments != command.arguments]
-            self.changes += 1
         history.add(self.project.root / HISTORY, history.LEFT, command=command.line)
-
-    def _ended(self) -> list[Job]:
-        return [j for j in self.jobs if j.ended][-20:]
 
     def current(self) -> list[Job]:
         """Return what runs or waits, in this order."""
         return sorted((j for j in self.jobs if not j.ended), key=lambda j: j.number)
 
-    def last(self, arguments: tuple[str, ...] | None = None, name: str = "") -> Job | None:
-        """Return the last job, of a command line or of a command on request."""
-        for job in sorted(self.jobs, key=lambda j: -j.number):
-            if (arguments is None or job.command.arguments == arguments) and name in (
-                "",
-                job.command.arguments[0],
-            ):
-                return job
-        return None
+    def last(self, arguments: tuple[str, ...]) -> Job | None:
+        """Return the last job of a command line."""
+        same = [j for j in self.jobs if j.command.arguments == arguments]
+        return max(same, key=lambda j: j.number, default=None)
 
     def cancel(self, job: Job) -> None:
         """End a job; what it had not finished leaves no file."""
@@ -107,7 +90,6 @@ class Worker:
             if not job.ended:
                 job.state = CANCELLED
                 job.seconds = time.monotonic() - job.began if running else 0.0
-                self.changes += 1
                 # What waited for this one may begin.
                 self._wake.notify_all()
         if running and process is not None:
@@ -144,7 +126,6 @@ class Worker:
                 if self._closing or job is None:
                     return
                 job.state, job.began = RUNNING, time.monotonic()
-                self.changes += 1
             try:
                 self._run(job)
             except Exception as error:
@@ -178,11 +159,8 @@ class Worker:
         process.stdout.close()
         if code < 0:
             name = signal.Signals(-code).name if -code in {*signal.Signals} else str(-code)
-            self._finish(
-                job,
-                code,
-                f"tribofmu: error: the process of this command was ended from outside ({name}), or the memory was full",
-            )
+            said = f"the process of this command was ended from outside ({name}), or the memory was full"
+            self._finish(job, code, f"tribofmu: error: {said}")
             return
         self._finish(job, code)
 
@@ -221,7 +199,6 @@ class Worker:
                 job.saying = found[4] or job.saying
             elif line.strip():
                 job.saying = line.strip()
-            self.changes += 1
 
     def _finish(self, job: Job, code: int, said: str = "") -> None:
         if said:
@@ -241,7 +218,6 @@ class Worker:
                 code = code or 1
             job.seconds, job.process = seconds, None
             job.state = CANCELLED if cancelled else DONE if code == 0 else FAILED
-            self.changes += 1
             self._wake.notify_all()
 
 

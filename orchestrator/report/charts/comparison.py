@@ -18,12 +18,7 @@ MOST_TESTS = 40
 def per_test_chart(per_test: pd.DataFrame, names: Sequence[str]) -> Chart:
     """Return the RMSE of each model in each test, the worst tests of the first model first.
 
-    Parameters
-    ----------
-    per_test : pandas.DataFrame
-        RMSE, one row a test, one column a model, in the order in which the models were given.
-    names : sequence of str
-        Models, best first.
+    `per_test` has one row a test and one column a model, in the order in which the models were given; `names`: best first.
     """
     shown = per_test.sort_values(names[0], ascending=False).head(MOST_TESTS)
     chart = Chart()

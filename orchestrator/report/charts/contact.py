@@ -11,7 +11,7 @@ from friction_models.loads import LOADS, MU, FloatArray
 from friction_models.loads.contract import with_unit
 
 from ...comparison.in_one_system import ContactCourse
-from ..parts.chart import Chart
+from ..parts.chart import Chart, limits
 from ..parts.theme import looks
 
 #: Most positions of the slider: each holds all curves once.
@@ -52,9 +52,9 @@ def contact_chart(courses: Mapping[str, ContactCourse]) -> Chart:
     for panel, name in enumerate(names):
         found = [c.values[name] for c in courses.values() if name in c.values]
         chart.axes(panel, y=" ")
-        chart.figure.update_yaxes(range=_range(found), **chart.place(panel))
+        chart.figure.update_yaxes(range=limits(found), **chart.place(panel))
     chart.dress(250 * chart.rows + 140, x="along the surface [mm]" if first.is_distance else "contact point")
-    chart.figure.update_xaxes(range=_range([c.place for c in courses.values()]), zeroline=False)
+    chart.figure.update_xaxes(range=limits([c.place for c in courses.values()]), zeroline=False)
     chart.figure.update_layout(
         margin_b=120,
         sliders=[
@@ -99,12 +99,3 @@ def _restyled(
 
 def _numbers(values: FloatArray) -> list[float | None]:
     return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in values]
-
-
-def _range(arrays: list[FloatArray]) -> list[float]:
-    """Return limits of an axis that hold all values but the outermost thousandth, with a margin."""
-    known = [a for a in arrays if np.isfinite(a).any()]
-    ends = np.array([np.nanquantile(a, [0.001, 0.999]) for a in known]) if known else np.array([[0.0, 1.0]])
-    low, top = float(ends[:, 0].min()), float(ends[:, 1].max())
-    margin = 0.05 * (top - low) or 0.05 * abs(top) or 0.05
-    return [low - margin, top + margin]

@@ -1,4 +1,4 @@
-"""Charts of a diagnosis: budget, ranking, residual over two loads, and the share of mu of each effect that is named."""
+"""Charts of a diagnosis: budget, ranking, residual over two loads, the share of mu of each effect, empirical terms."""
 
 from __future__ import annotations
 
@@ -9,14 +9,22 @@ import numpy as np
 from friction_models.common.markup import escape
 from friction_models.discovery import Diagnosis
 from friction_models.discovery.answer.figures_data import LoadMap, effect_curve
+from friction_models.discovery.formulas.pictures import TermCurve
+from friction_models.loads import FloatArray
 from friction_models.loads.contract import with_unit
 
 from ..parts.chart import Chart
-from ..parts.theme import AFTER, BEFORE, CONSTANT, INK, SOFT
+from ..parts.theme import AFTER, BEFORE, COLORS, CONSTANT, INK, SOFT
 
 #: From too much friction in the model (blue) over nothing to too little (red); safe for colour-blind readers.
 _DIVERGING = [[0.0, "#2f6da8"], [0.25, "#9fc3df"], [0.5, "#f4f5f6"], [0.75, "#eeb48a"], [1.0, "#b4531a"]]
 _MOST_DOTS = 1500
+
+
+def predicted_mu(found: Diagnosis) -> dict[str, FloatArray]:
+    """Return mu of the model at the averages of the tests, ``before`` and, where an effect is named, ``after``."""
+    shown = ["before", "after"] if found.effects else ["before"]
+    return {part: (found.averages["mu"] - found.averages[part]).to_numpy() for part in shown}
 
 
 def budget_chart(floor: float, explained: float, missing: float, named: bool) -> Chart:
@@ -110,3 +118,19 @@ def effect_chart(found: Diagnosis) -> Chart | None:
             )  # fmt: skip
         chart.axes(panel, with_unit(driver), f"{escape(name)}: share of mu")
     return chart.dress(330)
+
+
+def term_chart(curves: Sequence[TermCurve]) -> Chart:
+    """Return a chart with a panel for each term; a term of two loads has a curve for each level of the second one."""
+    names = list(dict.fromkeys(c.term for c in curves))
+    own = [[c for c in curves if c.term == name] for name in names]
+    titles = [name.removeprefix("empirical:") for name in names]
+    chart = Chart(len(names), titles=titles, horizontal_spacing=0.08)
+    for panel, drawn in enumerate(own):
+        for color, curve in zip(COLORS, drawn, strict=False):
+            shade = f"rgba({int(color[1:3], 16)},{int(color[3:5], 16)},{int(color[5:7], 16)},0.18)"
+            name = escape(curve.at or "term")
+            chart.band(panel, curve.x, curve.low, curve.high, shade, group=name)
+            said = f"{curve.load} %{{x:.4g}}<br>adds %{{y:+.4f}}<extra>{name}</extra>"
+            chart.scatter(panel, curve.x, curve.y, name, said, mode="lines", line={"color": color})
+    return chart.dress(300, x=[with_unit(c[0].load) for c in own], y="added to mu")

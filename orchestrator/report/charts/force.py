@@ -19,6 +19,16 @@ class ForceLine:
     levels: Mapping[str, ForceComparison]
 
 
+def draw_press(
+    chart: Chart, at: int, press: ForceComparison, name: str = "press", width: float = 2.4
+) -> None:
+    """Draw the mean of the repeats of a press and the band of their standard deviation."""
+    mean, std = press.measured, press.measured_std
+    chart.band(at, press.stroke, mean - std, mean + std, PRESS_BAND, group="press")
+    said = "press %{y:.1f} kN<extra></extra>"
+    chart.scatter(at, press.stroke, mean, name, said, "press", line={"color": PRESS, "width": width})
+
+
 def force_chart(lines: Sequence[ForceLine], levels: Mapping[str, str]) -> Chart:
     """Return forces (top) and their deviation from the press mean (bottom), one column a level (name to heading)."""
     chart = Chart(
@@ -28,12 +38,8 @@ def force_chart(lines: Sequence[ForceLine], levels: Mapping[str, str]) -> Chart:
     for column, name in enumerate(levels):
         below = len(levels) + column
         press = lines[0].levels[name]
+        draw_press(chart, column, press, "press, mean and scatter", 2.2)
         stroke, mean, std = press.stroke, press.measured, press.measured_std
-        chart.band(column, stroke, mean - std, mean + std, PRESS_BAND, group="press")
-        chart.scatter(
-            column, stroke, mean, "press, mean and scatter", "press %{y:.1f} kN<extra></extra>", "press",
-            line={"color": PRESS, "width": 2.2},
-        )  # fmt: skip
         shown = mean > 0.15 * mean.max()
         relative = 100 * std[shown] / mean[shown]
         chart.band(below, stroke[shown], -relative, relative, PRESS_BAND, group="press")

@@ -44,12 +44,16 @@ def group_title(lubricant: str, process: str) -> str:
 
 
 def _whisker(
-    above: Sequence[float], values: Sequence[float | None], thickness: float, width: int
+    above: Sequence[float],
+    values: Sequence[float | None] | None = None,
+    thickness: float = 1.1,
+    width: int = 3,
 ) -> dict[str, object]:
-    """Return error bars of which none reaches below zero, which an error cannot be."""
-    below = [min(bar, value or 0.0) for bar, value in zip(above, values)]
-    ends = {"type": "data", "array": list(above), "arrayminus": below, "symmetric": False}
-    return ends | {"color": INK, "thickness": thickness, "width": width}
+    """Return error bars; with `values` also downward ones, none below zero, which an error cannot be."""
+    bars: dict[str, object] = {"type": "data", "array": list(above), "symmetric": False}
+    if values is not None:
+        bars["arrayminus"] = [min(bar, value or 0.0) for bar, value in zip(above, values)]
+    return bars | {"color": INK, "thickness": thickness, "width": width}
 
 
 def error_bars(errors: FormingErrors, quantity: str, measure: Literal["mare", "spread"]) -> Chart:
@@ -64,8 +68,7 @@ def error_bars(errors: FormingErrors, quantity: str, measure: Literal["mare", "s
             values.append(None if level is None else 100 * getattr(level, measure))
             bars.append(0.0 if level is None else 100 * getattr(level, f"{measure}_std"))
         said = f"{label} %{{y:.1f}} %<extra></extra>"
-        whisker = _whisker(bars, values, 1.1, 3)
-        chart.bars(0, names, values, label, said, marker={"color": color}, error_y=whisker)
+        chart.bars(0, names, values, label, said, marker={"color": color}, error_y=_whisker(bars, values))
     return chart.dress(380, y="error [%]", from_zero=True, barmode="group", bargap=0.22, margin_t=66)
 
 
@@ -167,9 +170,7 @@ def share_bars(errors: FormingErrors, what: Literal["time", "tau"]) -> Chart:
         more: dict[str, object] = {}
         if time:
             over = [0.0 if s is None else 100 * (s.friction_share_max - s.friction_share) for s in found]
-            more["error_y"] = {
-                "type": "data", "array": over, "symmetric": False, "color": INK, "thickness": 1.1, "width": 3,
-            }  # fmt: skip
+            more["error_y"] = _whisker(over)
         title = PROCESS_TITLES.get(process, process)
         said = f"%{{x}}, {title}: %{{y:.2f}} %<extra></extra>"
         chart.bars(0, labels, y, title, said, marker={"color": COLORS[2 * number]}, **more)

@@ -14,12 +14,8 @@ from ..parts.theme import AFTER, BEFORE, SOFT
 def rounds_chart(history: Sequence[Mapping[str, Any]], floor: float | None = None) -> Chart:
     """Return the RMS error at the beginning and after each round of additions as a staircase, with its 95 % intervals.
 
-    Parameters
-    ----------
-    history : sequence
-        ``error_history_`` of a refined model, or what its card holds of it; at least one round.
-    floor : float, optional
-        Noise floor [mu]: what no model explains.
+    `history` is ``error_history_`` of a refined model, or what its card holds of it, at least one round; `floor` is the noise
+    floor [mu], which no model explains.
 
     Examples
     --------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from friction_models.common.markup import bullets, paragraph, table
+from friction_models.common.wording import counted
 from friction_models.discovery.answer.wording import p_text
 
 from ...attribution.result import Attribution, Fit
@@ -18,7 +19,7 @@ def attribution_page(found: Attribution, label: str) -> str:
     page = Page(
         title=_headline(found),
         kicker=f"tribofmu attribution: {label} (attribution, not proof)",
-        lead=f"{len(found.levels)} level{'s' if len(found.levels) > 1 else ''} of the press.",
+        lead=f"{counted(len(found.levels), 'level')} of the press.",
         synthetic=found.synthetic,
     )
     d = found.deviation

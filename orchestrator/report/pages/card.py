@@ -30,34 +30,8 @@ def card_page(cards: Mapping[str, Card]) -> str:
         lead="Laws with their source, domain and uncertainty. Outside its domain a law keeps its value at the edge.",
         synthetic=any(c.basis == "synthetic" for c in cards.values()),
     )
-    rows = []
-    for card in cards.values():
-        h = card.held_out
-        u = "not stated" if card.uncertainty is None else f"{card.uncertainty:.2g}"
-        error = f"{h.rmse:.3g} ({h.constant_rmse:.3g})" if h else "none"
-        rows.append(
-            (
-                card.name,
-                card.title,
-                card.lubricant,
-                card.basis,
-                card.model().formula_text(),
-                domain_text(card),
-                u,
-                error,
-            )
-        )
-    headings = [
-        "card",
-        "what",
-        "lubricant",
-        "basis",
-        "law",
-        "domain",
-        "uncertainty of mu",
-        "held-out RMSE (constant)",
-    ]
-    page.add("cards", "Cards", table(headings, rows, range(6, 8)))
+    headings = ["card", "what", "lubricant", "basis", "law", "domain", "uncertainty of mu", "held-out RMSE (constant)"]  # fmt: skip
+    page.add("cards", "Cards", table(headings, [_row(card) for card in cards.values()], range(6, 8)))
     drawn = list(cards.values())[:DRAWN]
     names = [c.name for c in drawn]
     styles = looks(names)
@@ -88,8 +62,10 @@ def card_page(cards: Mapping[str, Card]) -> str:
     return page.render()
 
 
-def domain_text(card: Card) -> str:
-    """Return the ranges of a card as a phrase."""
-    return ", ".join(
-        f"{n} {low:g} to {high:g} {QUANTITIES[n].unit}" for n, (low, high) in card.domain.items()
-    )
+def _row(card: Card) -> tuple[str, ...]:
+    h = card.held_out
+    uncertainty = "not stated" if card.uncertainty is None else f"{card.uncertainty:.2g}"
+    error = f"{h.rmse:.3g} ({h.constant_rmse:.3g})" if h else "none"
+    law, ranges = card.model().formula_text(), card.domain.items()
+    domain = ", ".join(f"{n} {low:g} to {high:g} {QUANTITIES[n].unit}" for n, (low, high) in ranges)
+    return card.name, card.title, card.lubricant, card.basis, law, domain, uncertainty, error

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from friction_models.common.markup import bullets, escape, table
 from friction_models.common.wording import counted
-from friction_models.loads import FloatArray
 
 from ...comparison.in_one_system import RunsComparison
 from ...comparison.on_press import QUANTITIES, ForcesComparison
 from ...comparison.on_tests import Order, TestsComparison
 from ...force_curves.metrics import LevelSummary
 from ..charts.comparison import MOST_TESTS, per_test_chart
+from ..charts.force import draw_press
 from ..charts.measurements import POINTS
 from ..charts.responses import caption, response_chart
 from ..parts.cards import with_interval
-from ..parts.chart import Chart
+from ..parts.chart import Chart, limits
 from ..parts.page import Page
-from ..parts.theme import INK, PRESS, PRESS_BAND, looks
+from ..parts.theme import INK, looks
 from ..sections.runs import add_runs
 
 #: With more pairs only those are listed that cannot be told apart.
@@ -193,28 +193,20 @@ def _parity(c: TestsComparison) -> Chart:
     styles = looks(c.models)
     shown = np.arange(0, len(c.mu), max(1, len(c.mu) // POINTS))
     ids = None if c.loads.test_id is None else [escape(i) for i in c.loads.test_id[shown]]
-    limits = list(_limits([c.mu, *c.predicted.values()]))
+    ends = limits([c.mu, *c.predicted.values()], flat=0.005)
     for panel, name in enumerate(names):
-        chart.scatter(panel, limits, limits, mode="lines", line={"color": INK, "width": 1})
+        chart.scatter(panel, ends, ends, mode="lines", line={"color": INK, "width": 1})
         chart.scatter(
             panel, c.mu[shown], c.predicted[name][shown], mode="markers", text=ids,
             hover="%{text}<br>measured %{x:.4f}<br>predicted %{y:.4f}<extra></extra>",
             # A few points are seen only where they are large, many only where they are small.
             marker={"color": styles[name]["color"], **({"size": 6, "opacity": 0.8} if len(shown) < _FEW else {"size": 3, "opacity": 0.45})},
         )  # fmt: skip
-        chart.axes(panel, range=limits)
+        chart.axes(panel, range=ends)
     chart.dress(300 * chart.rows + 50, x="measured mu", y="predicted mu")
     chart.figure.update_xaxes(zeroline=False)
     chart.figure.update_yaxes(zeroline=False)
     return chart
-
-
-def _limits(values: Iterable[FloatArray]) -> tuple[float, float]:
-    """Return limits of an axis that show all but the outermost thousandth of each, with a margin."""
-    ends = np.array([np.quantile(v, [0.001, 0.999]) for v in values])
-    low, top = float(ends[:, 0].min()), float(ends[:, 1].max())
-    margin = 0.05 * (top - low) or 0.005
-    return low - margin, top + margin
 
 
 def _signed(c: ForcesComparison) -> Chart:
@@ -241,11 +233,7 @@ def _curves(c: ForcesComparison) -> Chart:
     chart = Chart.of_panels(len(titles), gap=0.2, titles=titles, horizontal_spacing=0.06)
     styles = looks([r.label for r in c.results])
     for panel in range(len(titles)):
-        press = c.results[0].levels[panel]
-        low, high = press.measured - press.measured_std, press.measured + press.measured_std
-        chart.band(panel, press.stroke, low, high, PRESS_BAND, group="press")
-        said = "press %{y:.1f} kN<extra></extra>"
-        chart.scatter(panel, press.stroke, press.measured, "press", said, line={"color": PRESS, "width": 2.4})
+        draw_press(chart, panel, c.results[0].levels[panel])
         for result in c.results:
             level = result.levels[panel]
             chart.scatter(

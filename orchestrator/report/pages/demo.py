@@ -128,15 +128,7 @@ def _settled(demo: DemoFolder) -> str:
         )
         for r in demo.summary["rounds"]
     ]  # fmt: skip
-    headings = [
-        "protocol",
-        "set points",
-        "tells apart",
-        "standard errors",
-        "bits",
-        "not told apart before",
-        "after",
-    ]
+    headings = ["protocol", "set points", "tells apart", "standard errors", "bits", "not told apart before", "after"]  # fmt: skip
     said = (
         "<p>The first answer was ambiguous. The tests that the diagnosis proposed were run in the virtual laboratory, with the same "
         "lubricant and new specimens, and all tests were diagnosed again. Bits: by how much a proposal was expected to reduce "
@@ -190,10 +182,13 @@ def _force(demo: DemoFolder) -> str:
 
 
 def _worst(demo: DemoFolder) -> str:
-    worst = _worst_held_out(demo)
+    points = demo.held_out.points
+    square = (points["mu"].to_numpy() - demo.predicted["before"]) ** 2
+    rms = points.assign(square=square).groupby("test_id")["square"].mean().pow(0.5)
+    worst = [str(test) for test in rms.index[np.argsort(-rms.to_numpy())[:4]]]
     chart = figure(
         "worst",
-        worst_tests_chart(demo.held_out.points, demo.predicted, worst),
+        worst_tests_chart(points, demo.predicted, worst),
         "The held-out tests on which the model was worst before: mu over the sliding distance.",
         f"Friction over sliding distance in the tests {', '.join(worst)}.",
     )
@@ -203,26 +198,14 @@ def _worst(demo: DemoFolder) -> str:
     return chart + table(headings, rows, numeric=(1,), caption=caption, narrow=True)
 
 
-def _worst_held_out(demo: DemoFolder, count: int = 4) -> list[str]:
-    points = demo.held_out.points
-    square = (points["mu"].to_numpy() - demo.predicted["before"]) ** 2
-    rms = points.assign(square=square).groupby("test_id")["square"].mean().pow(0.5)
-    order = np.argsort(-rms.to_numpy())[:count]
-    return [str(t) for t in rms.index[order]]
-
-
 def _response(demo: DemoFolder) -> str:
-    models = [
-        (demo.label(part), part, demo.models[part])
-        for part in ("before", "other", "after")
-        if part in demo.models
-    ]
-    curves = [(label, STYLES[part], model) for label, part, model in models]
-    drawn = response_chart(demo.held_out.loads(), curves)
-    said = caption(demo.held_out.loads(), [model for *_, model in models])
-    chart = figure("response", drawn, said, "Response curves of the friction models.")
-    laws = table(["model", "law"], [(label, _short(model.formula_text())) for label, _, model in models])
-    return chart + laws
+    parts = [part for part in ("before", "other", "after") if part in demo.models]
+    curves = [(demo.label(part), STYLES[part], demo.models[part]) for part in parts]
+    loads = demo.held_out.loads()
+    said = caption(loads, [model for *_, model in curves])
+    chart = figure("response", response_chart(loads, curves), said, "Response curves of the friction models.")
+    laws = [(label, _short(model.formula_text())) for label, _, model in curves]
+    return chart + table(["model", "law"], laws)
 
 
 def _runs(demo: DemoFolder) -> str:
@@ -239,25 +222,15 @@ def _runs(demo: DemoFolder) -> str:
                     f"{facts['max_tau_over_k']:.2f}", facts["friction_sha256"][:12],
                 )
             )  # fmt: skip
-    headings = [
-        "run",
-        "friction",
-        "level",
-        "steps",
-        "time",
-        "friction",
-        "master a step",
-        "max tau/k",
-        "friction FMU",
-    ]
+    headings = ["run", "friction", "level", "steps", "time", "friction", "master a step", "max tau/k", "friction FMU"]  # fmt: skip
     runs = table(headings, rows, numeric=range(3, 8))
-    settings: list[tuple[str, object]] = [
+    settings = [
         ("seed", summary["seed"]),
         ("plan", summary["plan"]),
         ("hidden effect", summary["hidden"] or "none"),
+        *((f"seconds: {k}", f"{v:.1f}") for k, v in summary["seconds"].items()),
+        *sorted(summary["versions"].items()),
     ]
-    settings += [(f"seconds: {k}", f"{v:.1f}") for k, v in summary["seconds"].items()]
-    settings += sorted(summary["versions"].items())
     return (
         runs
         + "<p>Every run has a folder of its own with the resolved system, the manifest with the hashes of its FMUs, results and log.</p>"
@@ -271,5 +244,5 @@ def _outside(found: dict[str, float]) -> str:
     return f"{100 * found['share']:.0f} % by {100 * found['median_distance']:.0f} %"
 
 
-def _short(text: str, limit: int = 260) -> str:
-    return text if len(text) <= limit else text[: limit - 3] + "..."
+def _short(text: str) -> str:
+    return text if len(text) <= 260 else f"{text[:257]}..."

@@ -9,6 +9,7 @@ import pandas as pd
 
 from friction_models.common import InputError
 from friction_models.common.markup import escape, paragraph, table
+from friction_models.common.wording import counted
 from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
@@ -18,21 +19,12 @@ from friction_models.effects import make_effect
 from friction_models.loads import DataSet, FloatArray
 from friction_models.loads.contract import with_unit
 
-from ..charts.diagnosis import effect_chart, map_chart
+from ..charts.diagnosis import effect_chart, map_chart, predicted_mu, term_chart
 from ..charts.residuals import residual_chart, worst_tests_chart
-from ..charts.terms import term_chart
 from ..parts.cards import judged
 from ..parts.chart import figure
 from ..parts.page import Page
-from ..sections.evidence import (
-    MEANINGS,
-    DiagnosisNumbers,
-    budget_html,
-    next_tests_html,
-    ranking_html,
-    remarks_html,
-    verdict_text,
-)
+from ..sections import evidence
 
 #: About so many points, every k-th of each test, are enough to compare two fits, and quick.
 MOST_POINTS = 3000
@@ -40,21 +32,21 @@ MOST_POINTS = 3000
 
 def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = None) -> str:
     """Return the HTML of the diagnosis of a model named `label`, with what `confirmed_addition` returned."""
-    content = cast(DiagnosisNumbers, found.to_dict())
+    content = cast(evidence.DiagnosisNumbers, found.to_dict())
     averages, named = found.averages, bool(found.effects)
     tests = averages["test_id"].nunique()
     points = int(averages["points"].sum())
     page = Page(
         title=f"{label}: {_headline(found)}",
         kicker="tribofmu diagnosis",
-        lead=f"{tests} test{'s' if tests > 1 else ''}, {points} points of measured friction. "
-        + (escape(MEANINGS[found.verdict]) if _sure(found) else ""),
+        lead=f"{counted(tests, 'test')}, {points} points of measured friction. "
+        + (escape(evidence.MEANINGS[found.verdict]) if _sure(found) else ""),
         synthetic=found.synthetic,
     )
-    page.add("verdict", "Verdict", verdict_text(content), _confirmed(confirmed), next_tests_html(content))
-    page.add("budget", "Error budget", budget_html(content))
-    shown = ["before", "after"] if named else ["before"]
-    predicted = {part: (averages["mu"] - averages[part]).to_numpy() for part in shown}
+    verdict, proposed = evidence.verdict_text(content), evidence.next_tests_html(content)
+    page.add("verdict", "Verdict", verdict, _confirmed(confirmed), proposed)
+    page.add("budget", "Error budget", evidence.budget_html(content))
+    predicted = predicted_mu(found)
     what = f" After: with {' and '.join(found.effects)}, fitted to the same tests." if named else ""
     interval = (
         "the intervals count a whole test as one observation"
@@ -68,12 +60,11 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = No
         f"Measured minus modelled mu against every load that varies; {interval}. "
         f"Before: what the {escape(found.model)} model leaves.{escape(what)}",
         "Mean residual against each load, before and after.",
-        _maps(found, shown),
+        _maps(found, list(predicted)),
     )
     threshold = found.threshold if found.threshold == found.threshold else None
-    page.add(
-        "evidence", "Evidence", ranking_html(content, threshold), _formulas(found), remarks_html(content)
-    )
+    ranking, remarks = evidence.ranking_html(content, threshold), evidence.remarks_html(content)
+    page.add("evidence", "Evidence", ranking, _formulas(found), remarks)
     page.add("tests", "Worst tests", _worst(found, predicted))
     if named:
         page.add("response", "Response curves", _response(found))

@@ -24,10 +24,7 @@ SHOWN = 3
 def prediction_page(folder: Path) -> str:
     """Return the HTML of a folder with ``prediction.json`` and ``predicted.csv``.
 
-    Raises
-    ------
-    InputError
-        A file is missing or damaged.
+    Raises InputError: a file is missing or damaged.
     """
     try:
         content = json.loads((folder / "prediction.json").read_text(encoding="utf-8"))
@@ -87,16 +84,7 @@ def _example_tests(rows: list[PredictedTest]) -> list[str]:
 
 
 def _table(rows: list[PredictedTest], total: dict[str, float] | None) -> str:
-    headings = [
-        "test",
-        "measured mu",
-        "model",
-        "RMS",
-        "measured T [°C]",
-        "model",
-        "RMS [K]",
-        "outside domain",
-    ]
+    headings = ["test", "measured mu", "model", "RMS", "measured T [°C]", "model", "RMS [K]", "outside domain"]  # fmt: skip
     lines: list[tuple[str, ...]] = []
     for row in rows:
         e, outside = row["errors"] or {}, row["outside_domain"]

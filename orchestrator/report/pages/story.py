@@ -49,44 +49,28 @@ class Packed:
 
 @dataclass(frozen=True)
 class Loop:
-    """The additions to a model on one data set.
-
-    Attributes
-    ----------
-    data : str
-        Name of the data set.
-    rounds : sequence
-        Errors before and after each addition, as the card of the last model holds them.
-    floor : float or None
-        Noise floor [mu].
-    """
+    """The additions to a model on the data set of the name `data`."""
 
     data: str
+    #: Errors before and after each addition, as the card of the last model holds them.
     rounds: Sequence[Mapping[str, Any]]
+    #: Noise floor [mu].
     floor: float | None = None
 
 
 @dataclass(frozen=True)
 class ProjectStory:
-    """What a project holds, as its page tells it.
-
-    Attributes
-    ----------
-    title : str
-        Name of the project.
-    loops : sequence of Loop
-        One a data set, with a round at least.
-    commands : sequence of (str, str, str)
-        Time, command line or decision, how it ended.
-    """
+    """What a project holds, as its page tells it."""
 
     title: str
     measurements: Sequence[Measurements] = ()
     diagnoses: Sequence[Chapter] = ()
+    #: One a data set, with a round at least.
     loops: Sequence[Loop] = ()
     comparisons: Sequence[Chapter] = ()
     fmus: Sequence[Packed] = ()
     forming: Sequence[Chapter] = ()
+    #: Time, command line or decision, how it ended.
     commands: Sequence[tuple[str, str, str]] = ()
     problems: Sequence[str] = field(default_factory=tuple)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -59,19 +59,8 @@ def _template() -> Template:
 class Chart:
     """A plotly figure of panels; curves of one name share their entry in the legend, which is above the panels.
 
-    Parameters
-    ----------
-    columns, rows : int
-        Panels; a method's `at` counts them row by row from 0.
-    legend : bool
-    titles : sequence of str
-        Headings of the panels, row by row.
-    **grid
-        Distances and shared axes as `plotly.subplots.make_subplots` has them.
-
-    Attributes
-    ----------
-    figure : plotly.graph_objects.Figure
+    A method's `at` counts the panels row by row from 0; `titles` are their headings in this order. `grid` are distances and
+    shared axes as `plotly.subplots.make_subplots` has them.
 
     Examples
     --------
@@ -164,33 +153,14 @@ class Chart:
         from_zero: bool = False,
         **layout: Any,
     ) -> Chart:
-        """Give the chart the common look and return it.
+        """Give the chart the common look and return it; `height` in pixels, `layout` as in `plotly.graph_objects.Layout`.
 
-        Parameters
-        ----------
-        height : int
-            In pixels.
-        x : str or sequence of str
-            Below the lowest panel of each column.
-        y : str or sequence of str
-            Beside the first panel of each row.
-        from_zero : bool
-            Whether vertical axes begin at zero.
-        **layout
-            As in `plotly.graph_objects.Layout`.
+        `x` is written below the lowest panel of each column, `y` beside the first panel of each row: one text for all, or one
+        each. With `from_zero` vertical axes begin at zero.
         """
         below = [x] * self.columns if isinstance(x, str) else x
         for column, text in enumerate(below):
             self.axes((self.rows - 1) * self.columns + column, x=text)
-        self._look(height)
-        self.figure.update_layout(**layout)
-        for row, text in enumerate([y] * self.rows if isinstance(y, str) else y):
-            self.axes(row * self.columns, y=text)
-        if from_zero:
-            self.figure.update_yaxes(rangemode="tozero")
-        return self
-
-    def _look(self, height: int) -> None:
         self.figure.update_layout(
             template=_template(),
             height=height,
@@ -200,6 +170,12 @@ class Chart:
         for note in self.figure.layout.annotations:
             note.font.size = 13
             note.font.color = SOFT
+        self.figure.update_layout(**layout)
+        for row, text in enumerate([y] * self.rows if isinstance(y, str) else y):
+            self.axes(row * self.columns, y=text)
+        if from_zero:
+            self.figure.update_yaxes(rangemode="tozero")
+        return self
 
     def html(self, name: str) -> str:
         """Return the chart as HTML, without plotly's library, which a page holds once."""
@@ -210,6 +186,15 @@ class Chart:
             config={"displayModeBar": False, "responsive": True},
         )
         return found
+
+
+def limits(values: Iterable[FloatArray], flat: float = 0.0) -> list[float]:
+    """Return limits of an axis that show all but the outermost thousandth of each, with a margin; `flat`: that of equal values."""
+    known = [v for v in values if np.isfinite(v).any()]
+    ends = np.array([np.nanquantile(v, [0.001, 0.999]) for v in known]) if known else np.array([[0.0, 1.0]])
+    low, top = float(ends[:, 0].min()), float(ends[:, 1].max())
+    margin = 0.05 * (top - low) or flat or 0.05 * abs(top) or 0.05
+    return [low - margin, top + margin]
 
 
 def figure(name: str, chart: Chart, caption: str, description: str) -> str:

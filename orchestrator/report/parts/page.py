@@ -16,24 +16,6 @@ from .chart import Chart, figure
 VIRTUAL = "Every measurement in this report is synthetic: made by the virtual laboratory, not measured."
 
 
-#: The words of a page are there at once: its library of 4.6 MB, which browsers take a second or two to read, waits until they were drawn.
-_LATER = """
-window.Plotly = {calls: [], newPlot(...call) { return new Promise((drawn) => this.calls.push([call, drawn])); }};
-addEventListener('DOMContentLoaded', () => {
-  const draw = () => {
-    const waiting = window.Plotly.calls, library = document.createElement('script');
-    delete window.Plotly;
-    library.textContent = document.getElementById('library').textContent;
-    document.head.append(library);
-    const {newPlot} = window.Plotly;
-    for (const [call, drawn] of waiting) newPlot(...call).then(drawn);
-  };
-  // A page that nobody sees yet is never drawn.
-  if (document.hidden) draw(); else requestAnimationFrame(() => setTimeout(draw));
-});
-"""
-
-
 class StudyManifest(TypedDict):
     """What pages show of the ``manifest.json`` of a study."""
 
@@ -47,17 +29,6 @@ class StudyManifest(TypedDict):
 class Page:
     """A report under construction.
 
-    Attributes
-    ----------
-    title : str
-        The verdict, or what the page is about: the headline.
-    kicker : str
-        Small line above the headline.
-    lead : str
-        HTML of the paragraph below it.
-    synthetic : bool
-        Whether the badge "synthetic data" is shown.
-
     Examples
     --------
     >>> page = Page("The model was right", kicker="comparison", synthetic=True)
@@ -67,9 +38,13 @@ class Page:
     (True, True)
     """
 
+    #: The headline: the verdict, or what the page is about.
     title: str
+    #: Small line above the headline.
     kicker: str
+    #: HTML of the paragraph below it.
     lead: str = ""
+    #: Whether the badge "synthetic data" is shown.
     synthetic: bool = False
     sections: list[tuple[str, str, str]] = field(default_factory=list)
 
@@ -87,7 +62,9 @@ class Page:
         """Return the whole document as one HTML text without any reference to the network; the footer says the version."""
         from plotly.offline import get_plotlyjs
 
-        style = files(__package__).joinpath("style.css").read_text(encoding="utf-8")
+        # The words of a page are there at once: its library of 4.6 MB, which browsers take a second or two to read, waits until
+        # they were drawn (later.js).
+        style, later = ((files(__package__) / name).read_text("utf-8") for name in ("style.css", "later.js"))
         badge = ' <span class="badge">synthetic data</span>' if self.synthetic else ""
         links = " ".join(f'<a href="#{a}">{escape(h)}</a>' for a, h, _ in self.sections)
         sections = "\n".join(
@@ -96,7 +73,7 @@ class Page:
         )
         return document(
             self.title,
-            f'<style>\n{style}</style>\n<script type="text/plain" id="library">{get_plotlyjs()}</script>\n<script>{_LATER}</script>\n',
+            f'<style>\n{style}</style>\n<script type="text/plain" id="library">{get_plotlyjs()}</script>\n<script>\n{later}</script>\n',
             f"""<a class="skip" href="#content">Skip to the content</a>
 <header class="top">
 <p class="kicker">{escape(self.kicker)}{badge}</p>

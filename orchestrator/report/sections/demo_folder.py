@@ -114,10 +114,7 @@ class DemoFolder:
     def read(cls, folder: Path) -> DemoFolder:
         """Read a finished demo folder.
 
-        Raises
-        ------
-        InputError
-            A file is missing or damaged.
+        Raises InputError: a file is missing or damaged.
         """
         from friction_models import load_model
 

@@ -154,14 +154,6 @@ def next_tests_html(found: DiagnosisNumbers) -> str:
     ]  # fmt: skip
     if not rows:
         return ""
-    headings = [
-        "protocol",
-        "set points",
-        "tells apart",
-        "standard errors",
-        "runs for 3 standard errors",
-        "bits",
-        "tests",
-    ]
+    headings = ["protocol", "set points", "tells apart", "standard errors", "runs for 3 standard errors", "bits", "tests"]  # fmt: skip
     caption = "Bits: by how much the tests of a row together are expected to reduce the entropy of the answer; the most per test first."
     return "<h3>What to test next</h3>" + table(headings, rows, numeric=(3, 4, 5, 6), caption=caption)

@@ -10,9 +10,10 @@ from ...comparison.in_one_system import RunsComparison, Totals
 from ...force_curves.forces import ForceComparison
 from ...force_curves.metrics import ScalarError
 from ..charts.contact import contact_chart
+from ..charts.force import draw_press
 from ..parts.chart import Chart
 from ..parts.page import Page
-from ..parts.theme import PRESS, PRESS_BAND, looks
+from ..parts.theme import looks
 
 
 def add_runs(page: Page, c: RunsComparison, number: str = "") -> None:
@@ -45,12 +46,9 @@ def add_runs(page: Page, c: RunsComparison, number: str = "") -> None:
         "Force over stroke of all models.",
     )
     if c.contact:
-        distance = all(course.is_distance for course in c.contact.values())
-        place = (
-            "distance along the surface from its first contact point"
-            if distance
-            else "number of the contact point"
-        )
+        place = "number of the contact point"
+        if all(course.is_distance for course in c.contact.values()):
+            place = "distance along the surface from its first contact point"
         page.plot(
             f"run-contact{number}",
             f"Loads along the contact{where}",
@@ -104,11 +102,7 @@ def _forces(c: RunsComparison) -> Chart:
     chart = Chart()
     styles = looks(c.curves)
     if c.press:
-        press = next(iter(c.press.values()))
-        low, high = press.measured - press.measured_std, press.measured + press.measured_std
-        chart.band(0, press.stroke, low, high, PRESS_BAND)
-        said = "press %{y:.1f} kN<extra></extra>"
-        chart.scatter(0, press.stroke, press.measured, "press", said, line={"color": PRESS, "width": 2.4})
+        draw_press(chart, 0, next(iter(c.press.values())))
     for label, curve in c.curves.items():
         said = "%{y:.1f} kN<extra>%{fullData.name}</extra>"
         chart.scatter(0, curve.stroke, curve.force, escape(label), said, line=styles[label])

@@ -206,14 +206,7 @@ def _models(study: FormingErrorStudy, errors: FormingErrors, results: Mapping[st
         outside = f"{100 * sum(shares) / len(shares):.0f} %" if shares else "-"
         mae = "-" if model["mae_test"] is None else f"{model['mae_test']:.4f}"
         rows.append((model["family"], model["lubricant"], model["tests"], model["points"], mae, outside))
-    headings = [
-        "model",
-        "lubricant",
-        "tests",
-        "points",
-        "MAE of mu, held-out tests",
-        "contact outside its domain",
-    ]
+    headings = ["model", "lubricant", "tests", "points", "MAE of mu, held-out tests", "contact outside its domain"]  # fmt: skip
     return [
         table(headings, rows, numeric=(2, 3, 4, 5)),
         parity,

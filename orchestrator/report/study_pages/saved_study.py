@@ -15,10 +15,7 @@ from ..parts.page import StudyManifest
 def study_page(folder: Path) -> str | None:
     """Return the HTML of the study in a folder; None where ``manifest.json`` is not that of a study.
 
-    Raises
-    ------
-    InputError
-        An unknown study, files that are missing, too large, damaged or of another version.
+    Raises InputError: an unknown study, files that are missing, too large, damaged or of another version.
     """
     saved = SavedStudy.read(folder)
     if saved is None:

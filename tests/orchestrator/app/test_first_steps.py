@@ -168,7 +168,7 @@ def test_what_waits_behind_a_long_command_is_counted(project: Project) -> None:
 def test_the_first_page_does_not_wait_for_what_it_does_not_need() -> None:
     """What reads and fits data takes longer to import than the server to start."""
     script = (
-        "import sys, orchestrator.app.server.listening, orchestrator.app.server.build, orchestrator.app.work.worker;"
+        "import sys, orchestrator.app.server.listening, orchestrator.app.work.worker;"
         "import orchestrator.app.pages.frame, orchestrator.app.pages.missing, orchestrator.app.serving;"
         "print(sorted({'numpy', 'pandas', 'scipy', 'sklearn', 'numba', 'plotly', 'torch'} & sys.modules.keys()))"
     )

@@ -17,14 +17,14 @@ from nicegui.testing import User
 from forming.press import PressCurves, PressLevel
 from forming.processes.names import PROCESSES
 from forming.processes.parameters import declared
-from orchestrator.app.commands.forming import Forming, coverage, form
+from orchestrator.app.commands.forming import coverage, form
 from orchestrator.app.project import HISTORY, Project, history
 from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
 from .seen import figures, labelled, look, shown, until, waiting
 
-QUICK = Forming("upsetting", ["0.05", "0.1"], {"height": "10", "mesh_size": "1", "n_points": "12"}, [5.0], [20.0], 0.4)  # fmt: skip
+QUICK = form("upsetting", ["0.05", "0.1"], {"height": "10", "mesh_size": "1", "n_points": "12"}, [5.0], [20.0], 0.4)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def formed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     project = Project.open(tmp_path_factory.mktemp("formed") / "project", example=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(project.root)
-        assert run([*form(QUICK).arguments, "-j", "1"]) == 0
+        assert run([*QUICK.arguments, "-j", "1"]) == 0
     return project.root
 
 
@@ -74,7 +74,7 @@ def test_the_form_becomes_a_command_line(example: Project) -> None:
         labelled(user, ui.number, "stroke").set_value(6)
         labelled(user, ui.input, "Name").set_value("../my rods")
         expected = form(
-            Forming("fre", ["0.05", "0.1"], {"half_angle": "30"}, [5.0, 50.0], [20.0], 6.0, name="my rods")
+            "fre", ["0.05", "0.1"], {"half_angle": "30"}, [5.0, 50.0], [20.0], 6.0, name="my rods"
         )
         assert "--runs runs/my-rods --json reports/forming-my-rods.json" in expected.line
         await until(lambda: expected.line in shown(user).replace("&#x27;", "'"))
@@ -179,8 +179,8 @@ def test_a_press_curve_fills_the_form(example: Project) -> None:
         await user.open("/forming")
         await until(lambda: "--process fre " in shown(user))
         labelled(user, ui.select, "Over a press").set_value("press/cups/cup.csv")
-        expected = Forming("bce", ["0.08"], {"punch_diameter": "15"}, [50.0], [100.0], 4.0, "press/cups/cup.csv", name="cups-cup")  # fmt: skip
-        await until(lambda: form(expected).line in shown(user))
+        expected = form("bce", ["0.08"], {"punch_diameter": "15"}, [50.0], [100.0], 4.0, "press/cups/cup.csv", name="cups-cup")  # fmt: skip
+        await until(lambda: expected.line in shown(user))
         assert "tribofmu compare --press press/cups --models 0.08 --runs runs/press-cups" in shown(user)
         labelled(user, ui.input, "Punch speeds").set_value("5,50")
         await until(lambda: "that of one level" in shown(user))

@@ -99,7 +99,6 @@ def test_what_commands_say_is_shown_without_control_characters() -> None:
 
 def test_what_a_command_says_of_its_progress(example: Project) -> None:
     made = Worker.__new__(Worker)
-    made.changes = 0
     job = Job(1, Command("Twin", ("twin",)), RUNNING, began=time.monotonic() - 10.0)
     made._listen(job, io.BytesIO(b"twin: 20/80 twin of test sct020\nnote: 3 of 4\n"), io.BytesIO())
     assert job.progress == 0.25
@@ -161,7 +160,6 @@ def test_a_guess_of_the_time_left_is_right_by_a_factor_of_two_or_not_shown(
 
 def test_a_command_of_several_parts_is_not_guessed_at(example: Project) -> None:
     made = Worker.__new__(Worker)
-    made.changes = 0
     job = Job(1, Command("x", ("x",)), RUNNING, began=time.monotonic() - 60.0)
     for k in range(20):
         made._listen(job, io.BytesIO(f"records: {k}/40\n".encode()), io.BytesIO())

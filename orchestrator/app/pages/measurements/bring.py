@@ -22,43 +22,6 @@ from ..view import View
 LARGEST = 100_000_000
 #: So long the page waits for somebody who chooses files [s].
 CHOOSING = 600.0
-#: Adds the files of folders that are dropped on the area; the browser hands out a folder only piece by piece.
-_FOLDERS = """
-((area) => {
-if (!area) return;  // the page went away meanwhile
-const up = area.$refs.qRef, host = area.$el;
-const take = (list) => { if (list.length) up.addFiles(list) };
-const read = (entry) => new Promise((done) => {
-  if (entry.isFile) return entry.file((f) => done([f]), () => done([]));
-  const reader = entry.createReader(); const all = [];
-  const more = () => reader.readEntries((part) => {
-    if (!part.length) return done(Promise.all(all).then((x) => x.flat()));
-    for (const e of part) if (e.isFile && !e.name.startsWith('.')) all.push(read(e));
-    more();
-  }, () => done([]));
-  more();
-});
-host.addEventListener('drop', (e) => {
-  const entries = [...(e.dataTransfer.items || [])].map((i) => i.webkitGetAsEntry && i.webkitGetAsEntry()).filter((x) => x);
-  if (!entries.some((x) => x.isDirectory)) return;
-  e.preventDefault(); e.stopPropagation();
-  Promise.all(entries.map(read)).then((x) => take(x.flat()));
-}, true);
-})(getElement(%d));
-"""
-#: Lets one choose a folder, and adds its files to the area.
-_PICK_FOLDER = """
-() => {
-  const field = document.createElement('input');
-  field.type = 'file'; field.webkitdirectory = true; field.multiple = true;
-  field.oncancel = () => getElement(%(id)d).$el.dispatchEvent(new Event('cancel'));
-  field.onchange = () => {
-    const found = [...field.files].filter((f) => !f.name.startsWith('.'));
-    if (found.length) getElement(%(id)d).$refs.qRef.addFiles(found);
-  };
-  field.click();
-}
-"""
 
 
 def bring(view: View, title: str, into: str = "") -> None:
@@ -122,13 +85,13 @@ def bring(view: View, title: str, into: str = "") -> None:
         upload.on("finish", finished, args=[])
         upload.on("cancel", view.let_go, args=[])
         upload.props(f'accept="{",".join(suffixes)}" flat bordered').classes("upload")
-        ui.run_javascript(_FOLDERS % upload.id)
+        ui.run_javascript(f"tribofmu.takeFolders(getElement({upload.id}))")
         # The button of the uploader has no name for a screen reader.
         with ui.element("div").classes("buttons"):
             choose = button("Choose files", lambda: view.hold(CHOOSING))
             choose.on("click", js_handler=f"() => getElement({upload.id}).$refs.qRef.pickFiles()")
             folder = button("Choose a folder", lambda: view.hold(CHOOSING))
-            folder.on("click", js_handler=_PICK_FOLDER % {"id": upload.id})
+            folder.on("click", js_handler=f"() => tribofmu.pickFolder({upload.id})")
 
 
 def _why(view: View, error: Exception) -> str:
@@ -143,7 +106,7 @@ def _check_free(path: Path) -> None:
 
 
 def _new_set(view: View, file: str) -> str:
-    _check_suffix(name_of(file), MAPS)
+    _check_suffix(name_of(file))
     name = free_name(view.project, RAW, set_name(file))
     view.project.inside(f"{RAW}/{name}").mkdir()
     return name
@@ -168,9 +131,9 @@ def _drop_empty(view: View, target: str, into: str) -> None:
         folder.rmdir()
 
 
-def _check_suffix(name: str, more: tuple[str, ...]) -> None:
+def _check_suffix(name: str) -> None:
     suffix = Path(name).suffix.lower()
-    if suffix not in {*SUFFIXES, *more}:
+    if suffix not in {*SUFFIXES, *MAPS}:
         raise InputError(f"{name}: suffix {suffix!r}; allowed: {', '.join(sorted(SUFFIXES))}")
 
 
@@ -182,7 +145,7 @@ async def _keep(view: View, event: events.UploadEventArguments, target: str) -> 
         raise InputError(
             f"{shown(file.name, 60)!r}: no name for a file; allowed: letters, digits, dot, dash and underscore"
         )
-    _check_suffix(name, MAPS)
+    _check_suffix(name)
     if file.size() > LARGEST:
         raise InputError(f"{name}: {file.size()} byte; allowed: at most {LARGEST}")
     if not file.size():

@@ -15,7 +15,7 @@ from friction_models.loads.contract import POINT_UNITS
 from sct_twin.readers import RawTable
 
 from ...raw.map_form import TEST_TABLE, ColumnForm, MapForm, choices, number, units_of
-from ..parts import choice, fold, heading, say, words
+from ..parts import choice, fold, heading, number_field, say, text_field, words
 from ..view import View
 
 #: From so many columns on, those that are not used are folded away.
@@ -67,18 +67,15 @@ class MapFields:
                 words(f"<strong>{escape(column.name)}</strong>")
                 say(_range(self.table, column), "soft")
             # The framework reads out the label of a choice, so it names the column.
+            known = choices(records)
             choice(
                 f"{column.name} is",
-                choices(records),
-                column.is_ if column.is_ in choices(records) else "",
+                known,
+                column.is_ if column.is_ in known else "",
                 partial(self._is, column),
             )
-            unit = self._text(
-                "unit",
-                column.unit or column.file_unit,
-                partial(self._unit, column),
-                units_of(column.is_, records),
-            )
+            stated, units = column.unit or column.file_unit, units_of(column.is_, records)
+            unit = self._text("unit", stated, partial(self._unit, column), units)
             unit.props["aria-label"] = f"unit of {column.name}"
             self._assumed(unit, column)
             unit.classes("short").set_visibility(column.is_ not in {"", "test_id", TEST_TABLE})
@@ -88,19 +85,16 @@ class MapFields:
             more = "sign, zero reading, scale" if records else "sign, limits"
             folded = fold(self.view, more, f"more of {column.name}", "other mapmore")
             with folded, ui.element("div").classes("choices"):
+                choice("sign", {"1": "+", "-1": "−"}, str(column.sign), partial(self._sign, column)).classes(
+                    "short"
+                )
                 if records:
-                    choice(
-                        "sign", {"1": "+", "-1": "−"}, str(column.sign), partial(self._sign, column)
-                    ).classes("short")
                     self._number(
                         "zero reading (in its unit)", column.offset, partial(self._set, column, "offset")
                     )
                     self._text("scale, such as 5 kN/V", column.scale, partial(self._set, column, "scale"))
                     self._number("uncertainty of the cell [N]", column.std, partial(self._set, column, "std"))
                 else:
-                    choice(
-                        "sign", {"1": "+", "-1": "−"}, str(column.sign), partial(self._sign, column)
-                    ).classes("short")
                     self.limits[column.name] = (
                         self._number("rows from", column.low, partial(self._set, column, "low")),
                         self._number("up to", column.high, partial(self._set, column, "high")),
@@ -116,16 +110,10 @@ class MapFields:
         with ui.element("div").classes("choices").style("align-items: flex-start"):
             if form.records:
                 self._number("moving mass [kg]", form.mass, partial(self._set, form, "mass"))
-                self._example(
-                    "test in the file name", "*_{test_id}_*", form.name, partial(self._set, form, "name")
-                )
+                label, example = "test in the file name", "*_{test_id}_*"
             else:
-                self._example(
-                    "what stands in the file name",
-                    "{oil}_{T_tool}C_{test_id}",
-                    form.name,
-                    partial(self._set, form, "name"),
-                )
+                label, example = "what stands in the file name", "{oil}_{T_tool}C_{test_id}"
+            self._example(label, example, form.name, partial(self._set, form, "name"))
             if form.records:
                 self._number("T_tool of all tests [degC]", _degrees(form.metadata), self._tool)
             text = "; ".join(
@@ -153,23 +141,14 @@ class MapFields:
     def _text(
         self, label: str, value: str, changed: Callable[[str], Any], options: list[str] | None = None
     ) -> ui.input:
-        made = ui.input(
-            label,
-            value=value,
-            on_change=lambda e: changed(str(e.value or "").strip()),
-            autocomplete=options or [],
-        )
-        made.props("outlined dense").classes("choice")
-        return made
+        return text_field(label, value, lambda v: changed(v.strip()), autocomplete=options or [])
 
     def _example(self, label: str, example: str, value: str, changed: Callable[[str], Any]) -> None:
         """Build a field whose example stands below: inside of it one would take it for what was filled in."""
-        self._text(label, value, changed).classes("long").props["hint"] = f"such as {example}"
+        text_field(label, value, lambda v: changed(v.strip()), f"such as {example}").classes("long")
 
     def _number(self, label: str, value: float | None, changed: Callable[[float | None], Any]) -> ui.number:
-        made = ui.number(label, value=value, on_change=lambda e: changed(e.value))
-        made.props("outlined dense step=any").classes("choice short")
-        return made
+        return number_field(label, value, changed).props("step=any").classes("short")
 
     async def _is(self, column: ColumnForm, value: str) -> None:
         column.is_ = str(value or "")

@@ -11,7 +11,7 @@ from friction_models.common import InputError
 from ...project import is_name
 from ...raw.files import RAW, free_name
 from ...raw.moving import ASIDE, aside, move, own_set
-from ..parts import button, fold, heading, say
+from ..parts import button, fold, heading, say, text_field
 from ..view import View
 
 
@@ -30,8 +30,7 @@ def rename_or_put_aside(view: View, name: str) -> None:
 
     with fold(view, "Another name for this set, or away with it"):
         with ui.element("div").classes("choices"):
-            field = ui.input("New name", value=name)
-            field.props("outlined dense").classes("choice")
+            field = text_field("New name", name)
             button("Rename", rename)
             button("Put this set aside", away)
         say(
@@ -61,7 +60,6 @@ def into_own_set(view: View, file: str) -> None:
     """Put a file of a set into a set of its own, and go there."""
     _check_idle(view, "/".join(file.split("/")[:2]))
     name = own_set(view.project, file)
-    view.worker.changes += 1
     ui.navigate.to(f"/measurements?raw={name}")
 
 
@@ -75,4 +73,3 @@ def _check_idle(view: View, place: str) -> None:
 def _move(view: View, source: str, target: str) -> None:
     _check_idle(view, source)
     move(view.project, source, target)
-    view.worker.changes += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,9 +15,9 @@ from friction_models.common.wording import counted
 
 from ... import commands
 from ...project import Project
-from ...project.loaded import loaded, stamp
+from ...project.loaded import kept_while_unchanged, loaded
 from ..frame import page_head
-from ..parts import button, empty, heading, say, words
+from ..parts import button, empty, heading, panel, say, words
 from ..view import View
 from . import raw_set, taken_in, tests_editor
 from .bring import bring
@@ -45,8 +45,9 @@ async def show(view: View) -> None:
         "From raw files to data sets: points of tests with the loads and the measured friction.",
     )
     project = view.project
-    sets = [project.relative(p) for p in project.data_sets()]
-    found = await asyncio.to_thread(lambda: [_look(project.inside(s)) for s in sets])
+    sets = list(view.data_sets())
+    places = [project.inside(s) for s in sets]
+    found = await asyncio.to_thread(lambda: list(map(_looked, places)))
     if not sets:
         empty(
             "There are no data sets yet",
@@ -63,8 +64,7 @@ async def show(view: View) -> None:
 
 
 def _data_set(view: View, name: str, looked: _Found | str, in_hand: str) -> None:
-    with ui.element("section").classes("panel"):
-        heading(commands.short(name))
+    with panel(commands.short(name)):
         if isinstance(looked, str):
             say(looked, "problem")
             return
@@ -97,12 +97,8 @@ def _raw_sets(project: Project) -> None:
                 ui.link(said, f"/measurements?raw={folder.name}").classes("button")
 
 
-def _look(path: Path) -> _Found | str:
-    return _looked(path, stamp(path))
-
-
-@lru_cache(maxsize=50)
-def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
+@kept_while_unchanged(50)
+def _looked(path: Path) -> _Found | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
     from friction_models.loads import LOAD_NAMES, not_measured
     from friction_models.loads.contract import QUANTITIES, with_unit
@@ -117,7 +113,7 @@ def _looked(path: Path, seen: tuple[tuple[int, int], ...]) -> _Found | str:
         ("tests", points["test_id"].nunique()),
         ("points", len(points)),
         *(
-            (with_unit(n) if n in LOAD_NAMES else n, f"{points[n].min():.4g} to {points[n].max():.4g}")
+            (with_unit(n), f"{points[n].min():.4g} to {points[n].max():.4g}")
             for n in (*LOAD_NAMES, "mu")
             if n in points.columns and points[n].notna().any()
         ),

@@ -7,7 +7,6 @@ import re
 from collections.abc import Mapping
 from functools import partial
 from pathlib import PurePosixPath
-from typing import Any
 
 from nicegui import ui
 
@@ -19,6 +18,7 @@ from sct_twin.ingest.point_map import PointMap
 from sct_twin.ingest.point_tables import read_point_tables
 from sct_twin.records.channels import CHANNELS
 
+from ....report.reading import ReadFigure
 from ... import commands
 from ...commands import Command
 from ...figures.raw import columns_figure, loads_figure, preview_row
@@ -28,7 +28,8 @@ from ...raw.map_form import MapForm, beyond_limits, looks_like_records
 from ...raw.moving import moved_to
 from ...work.job import DONE, FAILED
 from ..frame import page_head
-from ..parts import button, choice, empty, fold, gone, heading, line, picture, refused, say, words
+from ..parts import button, choice, empty, fold, gone, heading, line, refused, say, words
+from ..report_parts import picture
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields
@@ -162,24 +163,27 @@ class _Page:
                 said = f"Put {PurePosixPath(file).name} into a set of its own"
                 button(said, partial(into_own_set, self.view, file))
 
-    def _try(self) -> tuple[dict[str, object] | None, list[str] | None, str, list[Any]]:
-        row, said, problem, figures = None, None, "", []
+    def _try(self) -> tuple[dict[str, object] | None, list[str] | None, str, list[ReadFigure]]:
+        row, said, problem = None, None, ""
+        figures: list[ReadFigure | None] = []
         try:
             if self.form.records:
                 row = preview_row(self.form, self.table)
             else:
                 PointMap.load(self.form.content())
                 files = [self.view.project.inside(f) for f in self.found.files]
-                found = read_point_tables(
-                    files if len(files) <= 20 else files[:1], self.form.content(), read=read_once
-                )
-                where = "" if len(files) <= 20 else " in the first file"
+                seen = files if len(files) <= 20 else files[:1]
+                found = read_point_tables(seen, self.form.content(), read=read_once)
+                where = "" if seen == files else " in the first file"
                 said = [f"{found.headline()}{where}.", *found.notes]
-                figures = [f for f in [loads_figure(found.dataset.points)] if f is not None]
+                figures.append(loads_figure(found.dataset.points))
         except InputError as error:
-            problem = _bare(str(error), self)
-        drawn = columns_figure(self.form, self.table, row)
-        return row, said, problem, [*figures, *([drawn] if drawn else [])]
+            # Without the paths of this machine, and without the file where it is the one that is shown.
+            source = self.table.source
+            plain = str(error).removeprefix(f"{source}: ").replace(source, "the first file")
+            problem = self.view.bare(plain)
+        figures.append(columns_figure(self.form, self.table, row))
+        return row, said, problem, [f for f in figures if f is not None]
 
     def _actions(self, complete: bool) -> None:
         command, look_through = _commands(self.view, self.found, self.form)
@@ -200,16 +204,19 @@ class _Page:
     def _save(self) -> None:
         try:
             (ChannelMap if self.form.records else PointMap).load(self.form.content())
-            path = save_map(self.view.project, self.found.place, self.form.records, self.form.content())
+            path = self._keep()
         except InputError as error:
             refused(error, "Not saved: ")
             return
-        self.view.note(history.SAVED, file=path)
         ui.notify(f"{path} is saved.", type="positive")
 
-    def _run(self, command: Command) -> None:
+    def _keep(self) -> str:
         path = save_map(self.view.project, self.found.place, self.form.records, self.form.content())
         self.view.note(history.SAVED, file=path)
+        return path
+
+    def _run(self, command: Command) -> None:
+        self._keep()
         self.view.worker.start(command)
         self.view.started()
 
@@ -217,17 +224,15 @@ class _Page:
 def _commands(view: View, found: RawSet, form: MapForm) -> tuple[Command, Command]:
     """Return the command that takes the files in, and the one that only looks."""
     if form.records:
-        return commands.measuring.ingest(found.place, found.name), commands.measuring.ingest(
-            found.place, found.name, dry_run=True
-        )
+        take_in = partial(commands.measuring.ingest, found.place, found.name)
+        return take_in(), take_in(dry_run=True)
     target = found.name
     # A data set whose test table was changed by hand is not replaced.
     if (view.project.root / "data" / target / "earlier").is_dir():
         target = free_name(view.project, "data", target)
     files = [found.place] if len(found.files) > 12 else found.files
-    return commands.measuring.points(files, found.place, target), commands.measuring.points(
-        files, found.place, target, dry_run=True
-    )
+    make = partial(commands.measuring.points, files, found.place, target)
+    return make(), make(dry_run=True)
 
 
 def _same_tests(problem: str, files: list[str]) -> list[str]:
@@ -263,12 +268,6 @@ def _hint(problem: str, records: bool) -> str:
     if "'T_tool'" in problem:
         return "T_tool stands below the columns: the temperature of the tool in all these tests. A file tests.csv can name one for each."
     return "Sign, zero reading and scale stand beside each column."
-
-
-def _bare(text: str, page: _Page) -> str:
-    """Return a sentence without the paths of this machine, and without the file where it is the one that is shown."""
-    source = page.table.source
-    return page.view.bare(text.removeprefix(f"{source}: ").replace(source, "the first file"))
 
 
 def _first(row: Mapping[str, object]) -> list[tuple[str, str]]:

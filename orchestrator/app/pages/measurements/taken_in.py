@@ -13,7 +13,7 @@ from friction_models.common.markup import bullets, table
 
 from ... import commands
 from ...project.project import changed
-from ..parts import action, button, heading, say, words
+from ..parts import action, button, heading, panel, say, words
 from ..view import View
 
 #: What is shown of the quality table, of how many tests.
@@ -23,18 +23,18 @@ _SHOWN = 30
 
 def data_set(view: View, name: str) -> None:
     """Show the way on where a data set came of the files."""
-    sets = [s for s in map(view.project.relative, view.project.data_sets()) if s == f"data/{name}"]
-    for place in sets:
-        with ui.element("section").classes("panel"):
-            heading(f"Data set {place}")
-            say(
-                "Made of these files. Ask at once, or first say in the test table which tests are held out (column role).",
-                "soft",
-            )
-            with ui.element("div").classes("buttons"):
-                button("Ask what is missing", partial(ask, view, place), "first")
-                ui.link("Explore", f"/explore?data={place}").classes("button")
-                ui.link("Edit the test table", f"/measurements?tests={place}").classes("button")
+    place = f"data/{name}"
+    if place not in view.data_sets():
+        return
+    with panel(f"Data set {place}"):
+        say(
+            "Made of these files. Ask at once, or first say in the test table which tests are held out (column role).",
+            "soft",
+        )
+        with ui.element("div").classes("buttons"):
+            button("Ask what is missing", partial(ask, view, place), "first")
+            ui.link("Explore", f"/explore?data={place}").classes("button")
+            ui.link("Edit the test table", f"/measurements?tests={place}").classes("button")
 
 
 def came_of(view: View, name: str) -> list[float]:
@@ -61,8 +61,7 @@ def campaign(view: View, name: str) -> None:
     folder = view.project.inside(place)
     if not (folder / "quality.csv").is_file():
         return
-    with ui.element("section").classes("panel"):
-        heading("What was taken in")
+    with panel("What was taken in"):
         rows = _rows(folder / "quality.csv")
         columns = [c for c in _QUALITY if rows and any(row.get(c) for row in rows)]
         say(f"{len(rows)} tests; {place}/quality.csv holds all columns.", "soft")
@@ -72,11 +71,7 @@ def campaign(view: View, name: str) -> None:
         left_out = read_json(folder / "campaign.json").get("left_out", [])
         if isinstance(left_out, list) and left_out:
             heading("Left out", 3)
-            words(
-                bullets(
-                    [str(e.get("reason", e)) if isinstance(e, dict) else str(e) for e in left_out[:_SHOWN]]
-                )
-            )
+            words(bullets(str(e.get("reason", e) if isinstance(e, dict) else e) for e in left_out[:_SHOWN]))
         ui.link("Edit the test table", f"/measurements?tests={place}").classes("button")
         action(view, commands.measuring.twin(place, name), "Run the digital twin", first=True)
         if (view.project.root / "data" / name / "points.csv").is_file():

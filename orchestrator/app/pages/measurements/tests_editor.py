@@ -14,7 +14,7 @@ from friction_models.loads.tests_table import TableOfTests
 from ... import commands
 from ...commands import Command
 from ..frame import page_head
-from ..parts import button, choice, line, say
+from ..parts import button, choice, line, say, text_field
 from ..view import View
 from . import taken_in
 
@@ -68,19 +68,12 @@ class _Editor:
         names = list(dict.fromkeys([*self.found.columns, "role"]))
         # Fields of the grid have names of our own: a heading of a file is shown and never evaluated.
         self.fields = {f"c{k}": name for k, name in enumerate(names)}
-        columns = [
-            {
-                "field": field, "headerName": name, "editable": name != "test_id", "sortable": True, "filter": True,
-                "resizable": True, "minWidth": 110, **({"pinned": "left"} if name == "test_id" else {}),
-            }
-            for field, name in self.fields.items()
-        ]  # fmt: skip
-        rows = [{f: cells.get(n, "") for f, n in self.fields.items()} for cells in self.found.cells()]
+        rows = self._rows(self.found)
         with ui.element("section"):
             say("Click twice into a cell, or press Enter there, to change it; or change many below.", "soft")
             self.grid = ui.aggrid(
                 {
-                    "columnDefs": columns,
+                    "columnDefs": [_column(field, name) for field, name in self.fields.items()],
                     "rowData": rows,
                     "stopEditingWhenCellsLoseFocus": True,
                     "singleClickEdit": False,
@@ -98,29 +91,26 @@ class _Editor:
                 "Column, or a new one",
                 known,
                 "role",
-                self._column,
+                self._choose,
                 with_input=True,
                 new_value_mode="add-unique",
             )
-            self.field = ui.input(
-                "Value; empty clears",
-                on_change=lambda e: self._set("value", e.value),
-                autocomplete=_USUAL["role"],
+            self.field = text_field(
+                "Value; empty clears", "", partial(self._set, "value"), autocomplete=_USUAL["role"]
             )
-            self.field.props("outlined dense").classes("choice")
-            which = ui.input(
-                "Tests: * is any text", value="*", on_change=lambda e: self._set("which", e.value)
-            )
-            which.props("outlined dense").classes("choice")
+            text_field("Tests: * is any text", "*", partial(self._set, "which"))
             button("Set", self._many)
         self.status = ui.element("div").props('role="status"')
         self.foot = ui.element("div")
         self._refresh()
 
-    def _set(self, name: str, value: object) -> None:
-        setattr(self, name, str(value or "").strip())
+    def _rows(self, table: TableOfTests) -> list[dict[str, str]]:
+        return [{f: cells.get(n, "") for f, n in self.fields.items()} for cells in table.cells()]
 
-    def _column(self, value: object) -> None:
+    def _set(self, name: str, value: str) -> None:
+        setattr(self, name, value.strip())
+
+    def _choose(self, value: object) -> None:
         self.column = str(value or "").strip()
         self.field.set_autocomplete(_USUAL.get(self.column, []))
 
@@ -211,18 +201,17 @@ class _Editor:
             if name not in self.fields.values():
                 field = f"c{len(self.fields)}"
                 self.fields[field] = name
-                self.grid.options["columnDefs"].append(
-                    {
-                        "field": field,
-                        "headerName": name,
-                        "editable": True,
-                        "sortable": True,
-                        "filter": True,
-                        "resizable": True,
-                        "minWidth": 110,
-                    }
-                )
-        rows = [{f: cells.get(n, "") for f, n in self.fields.items()} for cells in changed.cells()]
+                self.grid.options["columnDefs"].append(_column(field, name))
+        rows = self._rows(changed)
         if rows != self.grid.options["rowData"]:
             self.grid.options["rowData"] = rows
             self.grid.update()
+
+
+def _column(field: str, name: str) -> dict[str, object]:
+    """Return a column of the grid; the names of the tests stay in sight and as they are."""
+    is_name = name == "test_id"
+    return {
+        "field": field, "headerName": name, "editable": not is_name, "sortable": True, "filter": True, "resizable": True,
+        "minWidth": 110, **({"pinned": "left"} if is_name else {}),
+    }  # fmt: skip
