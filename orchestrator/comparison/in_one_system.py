@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from fmus.runtime.errors import SimulationError
 from fmus.runtime.friction_names import FrictionNames
@@ -365,14 +366,14 @@ def _compared(
     )
 
 
-def _touching(run: Run, process: str) -> FloatArray | None:
+def _touching(run: Run, process: str) -> npt.NDArray[np.bool_] | None:
     """Return which points touch the tool at each time, shape (steps + 1, points); None without contact points."""
     active = run.values.get(f"{process}.active")
     pressure = run.values.get(f"{process}.sigma_n")
     if pressure is None:
         return None
-    found = pressure > 0.0 if active is None else active > 0.5
-    return np.asarray(found if found.ndim == 2 else found[:, None], dtype=float)
+    found: npt.NDArray[np.bool_] = pressure > 0.0 if active is None else active > 0.5
+    return found if found.ndim == 2 else found[:, None]
 
 
 def _points(run: Run, process: str) -> list[int]:
@@ -393,7 +394,7 @@ def _course(run: Run, process: str, mu: str) -> ContactCourse | None:
         return None
     found = {q.name: run.values.get(f"{process}.{q.name}") for q in LOADS} | {MU.name: run.values.get(mu)}
     values = {
-        name: np.where(touching > 0.0, array, np.nan)
+        name: np.where(touching, array, np.nan)
         for name, array in found.items()
         if array is not None and array.shape == touching.shape
     }
@@ -414,5 +415,5 @@ def _history(run: Run, process: str, mu: str, point: int) -> PointHistory:
         if found is None or touching is None:
             continue
         column = found[:, point] if found.ndim == 2 else found
-        values[name] = np.where(touching[:, point] > 0.0, column, np.nan)
+        values[name] = np.where(touching[:, point], column, np.nan)
     return PointHistory(point + 1, run[f"{process}.stroke"], values)

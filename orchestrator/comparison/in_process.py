@@ -74,23 +74,21 @@ class FormingPlan:
         """Return the name of a level in files and pages."""
         return "-".join([self.process, *(f"{name}-{value:g}" for name, value in level.items())])
 
-    def longest(self, level: Mapping[str, float]) -> float:
-        """Return the stroke of a level in whole steps [mm].
-
-        Raises
-        ------
-        InputError
-            A parameter that the process does not have or refuses; a stroke that it does not allow.
-        """
+    def forming(self, level: Mapping[str, float]) -> Any:
+        """Return the forming process at a level, whose parameters it must have."""
         from forming.processes.names import PROCESSES
         from forming.processes.parameters import declared
 
         values = {**self.parameters, **level}
         declared(self.process, values)  # says what is wrong with names and values
-        most = PROCESSES[self.process](**values).max_stroke
+        return PROCESSES[self.process](**values)
+
+    def longest(self, level: Mapping[str, float]) -> float:
+        """Return the stroke of a level in whole steps [mm]; one that the process does not allow is refused."""
+        forming = self.forming(level)
         if self.stroke is None:
-            return float(np.floor(min(STROKE, most) / STEP + 1e-6) * STEP)
-        check_range(PROCESSES[self.process].name, "stroke", self.stroke, STEP, most, "mm")
+            return float(np.floor(min(STROKE, forming.max_stroke) / STEP + 1e-6) * STEP)
+        check_range(forming.name, "stroke", self.stroke, STEP, forming.max_stroke, "mm")
         return self.stroke
 
 
@@ -165,9 +163,8 @@ def compare_in_process(
             name = plan.name(level)
             values = {**plan.parameters, **level}
             packed = pack_forming(place / f"{name}.fmu", process=plan.process, stroke=strokes[name], **values)
-            system = extrusion_system(
-                place / "friction.fmu", packed, _speed(plan.process, values), strokes[name], name
-            )
+            speed = float(plan.forming(level).speed)
+            system = extrusion_system(place / "friction.fmu", packed, speed, strokes[name], name)
             # Not every friction FMU has it; it is recorded where a model is swapped in that does.
             system.record = [label for label in system.record or [] if not label.startswith("friction.")]
             try:
@@ -191,9 +188,3 @@ def _share(progress: Progress | None, number: int, levels: int, name: str) -> Pr
         progress(number * total + done, levels * total, f"{name}: {what}")
 
     return tick
-
-
-def _speed(process: str, values: Mapping[str, Any]) -> float:
-    from forming.processes.names import PROCESSES
-
-    return float(PROCESSES[process](**values).speed)

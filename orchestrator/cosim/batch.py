@@ -6,7 +6,6 @@ This is for systems whose run folders the user names and looks at. Studies, whos
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from pathlib import Path
 
 from friction_models.common import check_folder
 from friction_models.common.cached_results import is_kept, keep, path_digest
+from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.processes.pool import map_unordered
 
@@ -93,14 +93,13 @@ def _same_run(task: RunTask) -> bool:
     """Whether the folder holds a finished run of the same thing: by its key in a cache, else by its manifest."""
     if task.key:
         return is_kept(task.folder, task.key)
-    if not (task.folder / "manifest.json").is_file() or not (task.folder / "results.nc").is_file():
-        return False
+    system = task.system
     try:
-        manifest = json.loads((task.folder / "manifest.json").read_text(encoding="utf-8"))
+        manifest = read_json(task.folder / "manifest.json")
         parts = manifest["components"]
-        system = task.system
         return bool(
-            manifest["status"] == "ok"
+            (task.folder / "results.nc").is_file()
+            and manifest["status"] == "ok"
             and manifest["mode"] == task.mode
             and manifest["steps"] == system.steps
             and manifest["communication_step"] == system.communication_step

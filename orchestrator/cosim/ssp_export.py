@@ -76,7 +76,7 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
     structure = Structure(
         system.name,
         [c for name in system.components for c in _components(wiring, name)],
-        [(source, a, target, b) for source, a, target, b in links],
+        links,
         stop=system.stop_time,
         step=system.communication_step,
     )

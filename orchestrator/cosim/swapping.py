@@ -65,7 +65,8 @@ def swap_model(
         if packed is None:
             folder = other.temporary or TemporaryFolder()
             other.kept_with(folder)
-            packed = folder.folder / f"{component}-{_plain(Path(text).name)}.fmu"
+            plain = re.sub(r"[^\w.-]", "_", Path(text).name)[:60]
+            packed = folder.folder / f"{component}-{plain}.fmu"
         other = system.swap(component, friction_fmu(text, packed)).kept_with(other.temporary)
     if not takes_loads(system, component):
         return other
@@ -236,7 +237,3 @@ def _base(name: str) -> str:
 
 def _index(name: str) -> str:
     return name[len(_base(name)) :]
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^\w.-]", "_", name)[:60]

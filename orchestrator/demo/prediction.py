@@ -60,9 +60,9 @@ def predict_held_out(
     return found
 
 
-def example_tests(model: Any, held_out: DataSet, count: int = COUNT) -> list[str]:
+def example_tests(model: Any, held_out: DataSet) -> list[str]:
     """Return the tests in which a model is best, worst and in between under the measured loads, best first."""
     square = (held_out.points["mu"] - model.predict_frame(held_out.points, held_out.tests)) ** 2
     ranked = square.groupby(held_out.points["test_id"]).mean().sort_values().index
-    places = np.unique(np.linspace(0, len(ranked) - 1, count).round().astype(int))
+    places = np.unique(np.linspace(0, len(ranked) - 1, COUNT).round().astype(int))
     return [str(ranked[k]) for k in places]

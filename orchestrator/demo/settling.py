@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from friction_models.common import write_json
 from friction_models.common.files import read_json
@@ -11,9 +11,6 @@ from friction_models.loads import DataSet
 
 from ..jobs.job import Progress
 from ..report.sections.demo_folder import SettlingRound
-
-if TYPE_CHECKING:
-    pass
 
 #: Folder of the further tests, and what they changed.
 FURTHER, SETTLED = "further", "settled.json"

@@ -60,12 +60,9 @@ def sct_system(
     given = _process_parameters(twin, schedule)
     steps = int(np.clip(np.ceil(schedule.duration * given["speed"] / STEP), 1, MOST_STEPS))
     step = schedule.duration / steps
-    start = {
-        **{k: float(v) for k, v in given.items() if k not in {"material", "T_specimen"}},
-        "F_n": float(schedule.F_n[0]),
-        "v_slide": float(schedule.v_slide[0]),
-    }
-    fixed = {k: v for k, v in given.items() if k in {"material", "T_specimen"}}
+    fixed = {k: given.pop(k) for k in ("material", "T_specimen") if k in given}
+    start = {k: float(v) for k, v in given.items()}
+    start |= {"F_n": float(schedule.F_n[0]), "v_slide": float(schedule.v_slide[0])}
     twin_fmu = fmus / ("twin.fmu" if "T_specimen" not in fixed else f"twin-{fixed['T_specimen']:g}C.fmu")
     pack_twin(twin_fmu, **fixed)
     signals = pack_signals(

@@ -230,7 +230,8 @@ class Wiring:
 
     def _unconnected(self) -> list[str]:
         fed = {(link.target, v.name) for link in self.links for v in link.targets}
-        fed |= {(name, q) for name in self.points for q in self._fed_points(name)}
+        points = [link for link in self.links if link.target in self.points]
+        fed |= {(link.target, v.name.rpartition("[")[0]) for link in points for v in link.targets}
         fed |= {(name, v.name) for name, pairs in self.starts.items() for v, _ in pairs}
         problems = []
         for name, description in self.descriptions.items():
@@ -250,9 +251,6 @@ class Wiring:
                     f"the input {what} is not connected and has no start value{guess or '; allowed: a connection or a start value'}"
                 )
         return problems
-
-    def _fed_points(self, name: str) -> set[str]:
-        return {v.name.rpartition("[")[0] for link in self.links if link.target == name for v in link.targets}
 
     def _source_like(self, base: str, target: str) -> str | None:
         for name, description in self.descriptions.items():
