@@ -41,26 +41,9 @@ def attribute(
 ) -> Attribution:
     """Say which cause the difference between measured and simulated force-stroke curves points to.
 
-    Parameters
-    ----------
-    press : PressCurves or path-like
-        Measured curves.
-    systems : System or sequence of System
-        The user's co-simulation; one for each process of the press curves.
-    causes : sequence of str, optional
-        Names of causes; all by default.
-    runs : Path, optional
-        Where runs are kept; the user's cache folder by default. What was computed there is not computed again.
-    jobs : int, optional
-        Processes.
-    progress : callable, optional
-        Called with (done, total, what).
-
-    Raises
-    ------
-    InputError
-        No level of the press belongs to a system, systems that cannot be varied, unknown causes, a folder that holds
-        something else.
+    `press` holds the measured curves, `systems` the user's co-simulation, one for each process of them; `causes` are
+    names, all by default. Runs are kept in the folder `runs` (the user's cache folder by default): what was computed
+    there is not computed again. An `InputError` says which level has no system, or which system cannot be varied.
     """
     from forming.press import PressCurves
 

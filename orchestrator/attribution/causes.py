@@ -15,19 +15,6 @@ KINDS = ("friction", "flow stress", "heat", "machine")
 class Cause:
     """Something that changes a force-stroke curve.
 
-    Attributes
-    ----------
-    kind, unit : str
-        One of `KINDS`; unit of the strength.
-    step : float
-        How far it is moved for the sensitivity; 0 where no run is needed.
-    sign : int
-        Physical sign of the strength; 0: both.
-    column : str
-        Tells two strengths of one cause apart; empty for most.
-    parameter : str
-        Of the FMU, that moves it; empty for what is packed into the forming FMU, and where no run is needed.
-
     Examples
     --------
     >>> cause = Cause("tool_temperature", "tool temperature", "heat", "K", 15.0)
@@ -37,11 +24,17 @@ class Cause:
 
     name: str
     title: str
+    #: One of `KINDS`.
     kind: str
+    #: Of the strength.
     unit: str
+    #: How far it is moved for the sensitivity; 0 where no run is needed.
     step: float = 0.0
+    #: Physical sign of the strength; 0: both.
     sign: int = 0
+    #: Tells two strengths of one cause apart; empty for most.
     column: str = ""
+    #: Of the FMU, that moves it; empty for what is packed into the forming FMU, and where no run is needed.
     parameter: str = ""
 
     @property

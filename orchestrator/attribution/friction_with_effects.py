@@ -58,11 +58,6 @@ def strengths(effects: Sequence[Effect]) -> list[Cause]:
 def graph_of(fmu: Path) -> bytes:
     """Return the ONNX graph inside a friction FMU of this project.
 
-    Raises
-    ------
-    InputError
-        Not an archive, no graph in it, or one that is too large.
-
     Examples
     --------
     >>> from pathlib import Path
@@ -89,11 +84,6 @@ def pack_with_effects(
 
     `effects` are physical ones without metadata, `nodes` the contact points, `fmi` the version of the interface of
     the user's FMU, so that start values of the system fit both.
-
-    Raises
-    ------
-    InputError
-        What `graph_of` refuses, or a graph with other inputs than ours.
     """
     import fmus
 

@@ -35,17 +35,13 @@ OTHER_MESH = 0.7
 
 @dataclass
 class Sensitivities:
-    """Simulated curves of every level: as the system stands, and with each cause moved by its step.
-
-    `moved` is by `Cause.key`, without causes that need no run; `remeshed` has another size of the elements, and is
-    empty where that cannot be set; `mesh_size` is the largest element size of the systems [mm], 0 where unknown.
-    """
+    """Simulated curves of every level: as the system stands, and with each cause moved by its step."""
 
     causes: list[Cause]
     base: list[ForceCurve]
-    moved: dict[str, list[ForceCurve]]
-    remeshed: list[ForceCurve]
-    mesh_size: float
+    moved: dict[str, list[ForceCurve]]  # by `Cause.key`, without causes that need no run
+    remeshed: list[ForceCurve]  # with another size of the elements; empty where that cannot be set
+    mesh_size: float  # largest element size of the systems [mm], 0 where unknown
     warnings: list[str]
 
 
@@ -61,11 +57,6 @@ def run_sensitivities(
 
     `systems` are one for each process; `levels` say which of them stands for which level; `wanted` are names of
     causes, all by default.
-
-    Raises
-    ------
-    InputError
-        An unknown cause, or what the systems refuse.
     """
     known = all_causes()
     for name in wanted or ():
