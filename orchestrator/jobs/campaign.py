@@ -32,25 +32,13 @@ class Campaign:
     """Jobs and the folder of their results.
 
     A result lies in ``jobs/<hash>`` of the folder. The hash covers function, inputs, file contents, the hashes of the
-    needed jobs, versions and sources. So a second run computes only what changed, and a killed one continues.
+    needed jobs, versions and sources. So a second run computes only what changed, and a killed one continues. `code` are
+    packages and modules whose sources count besides those that follow from the function of a job (`deciding_code`).
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the study.
-    jobs : iterable of Job
-    code : sequence of str
-        Packages and modules whose sources count besides those that follow from the function of a job (`deciding_code`).
+    `failed` are the jobs of the last `run` without a result, by name; ``failed.json`` in the folder holds them with their
+    inputs.
 
-    Attributes
-    ----------
-    failed : dict of str to Failure
-        Jobs of the last `run` without a result; ``failed.json`` in the folder holds them with their inputs.
-
-    Raises
-    ------
-    InputError
-        Two jobs of one name, an unknown need, needs in a circle, inputs that JSON does not hold.
+    Raises InputError: two jobs of one name, an unknown need, needs in a circle, inputs that JSON does not hold.
 
     Examples
     --------
@@ -78,20 +66,11 @@ class Campaign:
     ) -> dict[str, JobResult]:
         """Run the jobs without a kept result; return all results by name. `failed` holds the jobs without one.
 
-        Parameters
-        ----------
-        jobs : int, optional
-            Processes; all cores by default. One job at a time runs in this process.
-        scheduler : str, optional
-            Address of a dask.distributed scheduler, ``tcp://host:port``; its workers see the folder under the
-            same path.
-        progress : callable, optional
-            Called with (done, total, what was done and the time left).
+        `jobs` are processes, all cores by default; one job at a time runs in this process. `scheduler` is the address of
+        a dask.distributed scheduler, ``tcp://host:port``, whose workers see the folder under the same path.
 
-        Raises
-        ------
-        InputError
-            The folder holds something else, another run is at work in it, less than one process, a scheduler that does not answer.
+        Raises InputError: the folder holds something else, another run is at work in it, less than one process, a
+        scheduler that does not answer.
         """
         self.failed = {}
         grown(self.folder, STUDY)
@@ -133,13 +112,7 @@ class Campaign:
         )
 
     def check(self) -> None:
-        """Raise when a job of the last run failed.
-
-        Raises
-        ------
-        SimulationError
-            Names the first failures.
-        """
+        """Raise a `SimulationError` that names the first failures, if a job of the last run failed."""
         if not self.failed:
             return
         own = [f for f in self.failed.values() if not f.error.startswith(_NOT_RUN)]

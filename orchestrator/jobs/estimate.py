@@ -15,29 +15,18 @@ if TYPE_CHECKING:
 class DryRun:
     """What a run would do.
 
-    Attributes
-    ----------
-    jobs, kept, to_do : int
-        All jobs, those whose result is there, and computations to do (jobs that are the same count once).
-    seconds : float
-        Estimate of the time that takes.
-    processes : int
-        Number of processes the estimate is for.
-    cluster : bool
-        Whether they are those of a cluster, now.
-
     Examples
     --------
     >>> DryRun(jobs=10, kept=4, to_do=6, seconds=250.0, processes=2).report()
     '10 jobs: 4 kept, 6 to do, about 4 min on 2 processes of this machine'
     """
 
-    jobs: int
-    kept: int
-    to_do: int
-    seconds: float
-    processes: int
-    cluster: bool = False
+    jobs: int  # all of them
+    kept: int  # those whose result is there
+    to_do: int  # computations; jobs that are the same count once
+    seconds: float  # estimate of the time that takes
+    processes: int  # that the estimate is for
+    cluster: bool = False  # whether they are those of a cluster, now
 
     def report(self) -> str:
         """Return one line of text."""
