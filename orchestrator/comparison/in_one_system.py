@@ -42,73 +42,39 @@ POINTS = 3
 
 @dataclass(frozen=True)
 class Totals:
-    """What a run comes to on the stroke that all runs cover.
+    """What a run comes to on the stroke that all runs cover."""
 
-    Largest force [kN], moving mean; work of the punch [J]; and the part of that work that is there because of
-    friction, one minus the work of the run without friction over this one, None where that run failed.
-
-    Examples
-    --------
-    >>> Totals(max_force=110.0, work=900.0, friction_share=0.25).friction_share
-    0.25
-    """
-
-    max_force: float
-    work: float
+    max_force: float  # the largest, of the moving mean [kN]
+    work: float  # of the punch [J]
+    #: The part of the work that is there because of friction: one minus the work of the run without friction over this
+    #: one; None where that run failed.
     friction_share: float | None
 
 
 @dataclass(frozen=True)
 class PointHistory:
-    """Loads and mu of one contact point in one run; NaN where it touches nothing.
+    """Loads and mu of one contact point in one run."""
 
-    `point` is its number, from 1; `values` are by name of the loads contract, as long as `stroke` [mm].
-    """
-
-    point: int
-    stroke: FloatArray
+    point: int  # its number, from 1
+    stroke: FloatArray  # [mm]
+    #: By name of the loads contract, as long as the stroke; NaN where it touches nothing.
     values: Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True)
 class ContactCourse:
-    """Loads and mu along the contact of one run.
+    """Loads and mu along the contact of one run at n strokes."""
 
-    Attributes
-    ----------
-    stroke : ndarray, shape (n,)
-        [mm].
-    place : ndarray, shape (n, points)
-        Distance of each point along the surface from the first one [mm]; its number where the process does not say
-        where its points are, and `is_distance` is then False.
-    values : dict of str to ndarray
-        By name of the loads contract, shape (n, points); NaN where a point touches nothing.
-    """
-
-    stroke: FloatArray
-    place: FloatArray
+    stroke: FloatArray  # shape (n,) [mm]
+    place: FloatArray  # shape (n, points), distance along the surface from the first point [mm], or numbers of the points
+    #: By name of the loads contract, shape (n, points); NaN where a point touches nothing.
     values: Mapping[str, FloatArray]
-    is_distance: bool
+    is_distance: bool  # False where the process does not say where its points are
 
 
 @dataclass(frozen=True)
 class RunsComparison:
-    """Runs of one system with several friction models.
-
-    Attributes
-    ----------
-    curves, totals, points : dict
-        By label of the model; the same points in every run, none for a process without contact points.
-    stroke : (float, float)
-        The stroke that all runs cover [mm].
-    failed, notes : dict of str to str
-        By label: why a run failed, and that a component ended it before the stop time.
-    contact : dict
-        By label: loads and mu along the contact at every stroke; none for a process without contact points.
-    errors : dict
-        By label: how far the loads may be off, where that was asked.
-    press : dict
-        By label: the run against a measured force curve, where there is one.
+    """Runs of one system with several friction models, by their labels.
 
     Examples
     --------
@@ -125,23 +91,24 @@ class RunsComparison:
     system: str
     curves: Mapping[str, ForceCurve]
     totals: Mapping[str, Totals]
+    #: The same points in every run; none for a process without contact points.
     points: Mapping[str, Sequence[PointHistory]]
+    #: The stroke that all runs cover [mm].
     stroke: tuple[float, float]
+    #: Why a run failed.
     failed: Mapping[str, str] = field(default_factory=dict)
+    #: That a component ended a run before the stop time.
     notes: Mapping[str, str] = field(default_factory=dict)
     synthetic: bool = False
+    #: Along the contact at every stroke; none for a process without contact points.
     contact: Mapping[str, ContactCourse] = field(default_factory=dict)
+    #: How far the loads may be off, where that was asked.
     errors: Mapping[str, Sequence[StatedError]] = field(default_factory=dict)
+    #: The run against a measured force curve, where there is one.
     press: Mapping[str, ForceComparison] = field(default_factory=dict)
 
     def against(self, measured: Sequence[ForceCurve]) -> RunsComparison:
-        """Return the comparison with the runs held against the repeats of a press curve, too.
-
-        Raises
-        ------
-        InputError
-            A run and the press curve have no stroke in common.
-        """
+        """Return the comparison with the runs held against the repeats of a press curve, too."""
         found = {label: compare_force(curve, measured, label) for label, curve in self.curves.items()}
         return replace(self, press=found)
 
@@ -220,32 +187,13 @@ def compare_in_system(
 ) -> RunsComparison:
     """Run a system with each friction model, and once without friction; a run that fails does not stop the others.
 
-    Parameters
-    ----------
-    system : System
-        With a component that takes loads and gives mu, and one that publishes ``stroke`` and ``force``.
-    models : mapping of str to str
-        Label and model folder, ``.fmu`` or ``.onnx`` file, or a number for constant mu.
-    runs : Path, optional
-        Where FMUs and runs are kept; ``runs.json`` says which is which. Runs of the same content are taken from there.
-        A temporary folder by default.
-    names : mapping, optional
-        By label, the variables of FMUs that call the loads otherwise.
-    mode : str
-        How the components exchange values.
-    jobs : int, optional
-        Processes; all cores by default.
-    progress : callable, optional
-        Called with (done, total, what).
-    local_errors : bool
-        Run each model once more with smaller elements and state how far the loads at the contact points may be off.
+    A component of `system` takes loads and gives mu, another one publishes ``stroke`` and ``force``. `models` are by label
+    a model folder, an ``.fmu`` or ``.onnx`` file, or a number for constant mu; `names`, by label, the variables of FMUs
+    that call the loads otherwise. FMUs and runs are kept in the folder `runs` (a temporary one by default), where
+    ``runs.json`` says which is which; runs of the same content are taken from there. With `local_errors` each model runs
+    once more with smaller elements, which states how far the loads at the contact points may be off.
 
-    Raises
-    ------
-    InputError
-        A system without friction or without force and stroke; a model that cannot be packed or does not fit.
-    SimulationError
-        Every run failed.
+    Raises InputError where a model cannot be packed or does not fit, SimulationError where every run failed.
     """
     component = friction_component(system)
     process = _process(system, component)

@@ -29,17 +29,6 @@ LEVEL = ("speed", "T_tool", "T_billet")
 class FormingPlan:
     """A forming process and its levels.
 
-    Attributes
-    ----------
-    process : str
-        ``"fre"``, ``"bce"``, ``"upsetting"`` or ``"ring"``.
-    parameters : mapping
-        Those of the process that differ from its defaults.
-    levels : sequence of mapping
-        Parameters that differ from level to level, of `LEVEL`.
-    stroke : float or None
-        Punch travel [mm]; by default 20 mm, or what the process allows.
-
     Examples
     --------
     >>> plan = FormingPlan("fre", {"half_angle": 30.0}, [{"speed": 5.0}, {"speed": 50.0, "T_tool": 100.0}])
@@ -51,10 +40,10 @@ class FormingPlan:
     friction_models.common.errors.InputError: --level 'half_angle=30.0': unknown ...
     """
 
-    process: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    levels: Sequence[Mapping[str, float]] = ({},)
-    stroke: float | None = None
+    process: str  # "fre", "bce", "upsetting" or "ring"
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # those that differ from its defaults
+    levels: Sequence[Mapping[str, float]] = ({},)  # parameters of `LEVEL` that differ from level to level
+    stroke: float | None = None  # punch travel [mm]; None: 20 mm, or what the process allows
 
     def __post_init__(self) -> None:
         for level in self.levels:
@@ -139,21 +128,10 @@ def compare_in_process(
     progress: Progress | None = None,
     local_errors: bool = False,
 ) -> LevelsOfProcess:
-    """Form every level with each friction model, and once without friction.
+    """Form every level with each friction model, and once without friction; see `compare_in_system`.
 
-    Parameters
-    ----------
-    runs : Path, optional
-        Folder that keeps the forming FMU of each level and a folder with its runs; see `compare_in_system`.
-    progress : callable, optional
-        Called with (done, total, what), over all levels.
-
-    Raises
-    ------
-    InputError
-        A parameter, level or stroke that the process refuses; a model that cannot be packed.
-    SimulationError
-        No run came to its end.
+    The folder `runs` keeps the forming FMU of each level and a folder with its runs; `progress` counts over all levels.
+    A level none of whose runs came to an end does not stop the others.
     """
     strokes = {plan.name(level): plan.longest(level) for level in plan.levels}
     found: dict[str, RunsComparison] = {}
