@@ -27,18 +27,13 @@ from .system import System
 
 @dataclass(frozen=True)
 class RunTask:
-    """A system to run into a folder.
-
-    Attributes
-    ----------
-    key : str
-        Of a run in a cache (`cached_task`): the hash of all that decides it. Such a run is kept with a checksum; a
-        folder in its place that does not fit is replaced, whatever is in it.
-    """
+    """A system to run into a folder."""
 
     system: System
     folder: Path
     mode: str = "gauss_seidel"
+    #: Of a run in a cache (`cached_task`): the hash of all that decides it. Such a run is kept with a checksum; a folder
+    #: in its place that does not fit is replaced, whatever is in it.
     key: str = ""
 
 
@@ -57,11 +52,7 @@ def run_all(tasks: Sequence[RunTask], jobs: int | None = None, progress: Progres
 
     A folder that already holds a complete run of the same system, with the same FMUs, start values,
     steps, versions and sources (an FMU of a process runs the solver that is installed), is not computed again.
-
-    Raises
-    ------
-    InputError, SimulationError
-        From the first task that fails; the finished ones stay. A folder that holds something else than a run.
+    The first task that fails ends it; the finished ones stay.
     """
     tick = progress or (lambda done, total, name: None)
     waiting = [task for task in tasks if not _same_run(task)]

@@ -34,11 +34,6 @@ if TYPE_CHECKING:
 def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
     """Return which recorded values are stroke and force of one component.
 
-    Raises
-    ------
-    InputError
-        No component recorded both.
-
     Examples
     --------
     >>> force_labels(["friction.mu", "forming.stroke", "forming.force"], "run")
