@@ -23,16 +23,7 @@ ROUNDS = 3
 def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
     """Run what is proposed, the most telling proposal each time, until one name is left; write ``settled.json``.
 
-    Parameters
-    ----------
-    out : Path
-        Folder of the demo, with the first diagnosis.
-    seed : int
-        Of the diagnosis, specimens and noise.
-    jobs : int, optional
-        Processes.
-    tick : callable
-        Progress.
+    `out` is the folder of the demo, with the first diagnosis; `seed` that of the diagnosis, of specimens and noise.
     """
     from friction_models import load_model
     from friction_models.discovery import diagnose
