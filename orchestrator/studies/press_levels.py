@@ -26,12 +26,12 @@ CURVES = "press"
 
 @dataclass(frozen=True)
 class StudyLevel:
-    """A press level of a study. One's own curves came from `file`; `synthetic`: a virtual press made them, now or before."""
+    """A press level of a study."""
 
     lubricant: str
     level: Level
-    file: Path | None = None
-    synthetic: bool = False
+    file: Path | None = None  # of one's own curves
+    synthetic: bool = False  # whether a virtual press made the curves, now or before
 
     @property
     def job(self) -> str:
@@ -114,13 +114,7 @@ def copied_level(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> di
 
 
 def chosen_press(texts: Iterable[str] | None) -> list[tuple[str, Path]]:
-    """Read what ``--press`` names, ``LUBRICANT=FOLDER`` or a folder; the name is empty where levels.csv gives it.
-
-    Raises
-    ------
-    InputError
-        No such folder.
-    """
+    """Read what ``--press`` names, ``LUBRICANT=FOLDER`` or a folder; the name is empty where levels.csv gives it."""
     chosen = []
     for text in texts or ():
         name, equals, place = text.partition("=")
@@ -137,12 +131,7 @@ def own_levels(
     """Return the levels of one's own press curves and the jobs that copy them.
 
     `folders` hold ``levels.csv``; a name stands for the only lubricant in it. `lubricants` are those that friction
-    models are trained for, `strokes` the longest punch travel [mm] by process.
-
-    Raises
-    ------
-    InputError
-        A folder that cannot be read, a lubricant without a friction model or without press curves, a level twice.
+    models are trained for, each of which needs press curves, `strokes` the longest punch travel [mm] by process.
     """
     from forming.press import PressCurves
 

@@ -25,16 +25,13 @@ TAU_OVER_K = 0.6
 
 @dataclass(frozen=True)
 class FormingErrors:
-    """All results of the study.
-
-    `runs` are pairs of level and friction that were run and measured, `missing` counts those without a result;
-    `planned`: lubricant, process and name of every level of the study, with results or without.
-    """
+    """All results of the study."""
 
     synthetic: bool
     frictions: tuple[Friction, ...]
-    runs: tuple[RunError, ...]
-    missing: int
+    runs: tuple[RunError, ...]  # pairs of level and friction that were run and measured
+    missing: int  # number of pairs without a result
+    #: Lubricant, process and name of every level of the study, with results or without.
     planned: tuple[tuple[str, str, str], ...]
     models: tuple[ModelRow, ...]
 

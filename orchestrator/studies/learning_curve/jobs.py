@@ -55,17 +55,15 @@ class LearnInputs(FactsInputs):
 
 
 class Point(TypedDict):
-    """Errors of one model at one size of the training set.
-
-    `errors` and `errors_averages` hold for each repeat what every held-out test contributes, by its time series and
-    by its averages; their mean is the MAE (`Collection.errors`). `parameters` are those that the `search` chose.
-    """
+    """Errors of one model at one size of the training set."""
 
     model: str
     tests: int
     points: int
-    parameters: dict[str, object]
+    parameters: dict[str, object]  # that the search chose
+    #: For each repeat what every held-out test contributes by its time series; their mean is the MAE (`Collection.errors`).
     errors: list[list[float]]
+    #: The same by their averages.
     errors_averages: list[list[float]]
     search: NotRequired[list[dict[str, object]]]
 
@@ -145,16 +143,12 @@ def facts(inputs: FactsInputs, files: Files, needs: Needs, folder: Path) -> Data
 
 @dataclass(frozen=True)
 class Collection:
-    """Training points of one data collection, and the held-out tests that judge both.
+    """Training points of one data collection, and the held-out tests that judge both."""
 
-    `training` are thinned time series, or one average point a test in which the loads `not_varied` by the plan are
-    constant; `judge` and `averages` are time series and averages of the held-out tests.
-    """
-
-    training: pd.DataFrame
-    judge: pd.DataFrame
-    averages: pd.DataFrame
-    not_varied: list[str] = field(default_factory=list)
+    training: pd.DataFrame  # thinned time series, or one average point a test
+    judge: pd.DataFrame  # time series of the held-out tests
+    averages: pd.DataFrame  # their averages
+    not_varied: list[str] = field(default_factory=list)  # loads that the plan did not vary: constant
 
     @property
     def tests(self) -> list[str]:
