@@ -54,13 +54,7 @@ def verify(
 
 
 def chosen(names: list[str], fast: bool) -> list[Case]:
-    """Return the cases whose names start with one of `names`; all without names.
-
-    Raises
-    ------
-    InputError
-        A name that no case has.
-    """
+    """Return the cases whose names start with one of `names`; all without names."""
     from forming.verification import CASES as FORMING
     from sct_twin.twin.heat.verification import CASES as TWIN
 
