@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from forming.press import PressCurves, PressLevel
 from friction_models.common import InputError, grown
 from friction_models.common.cached_results import cache_folder
 from friction_models.common.folders import SENSITIVITIES
@@ -23,9 +23,6 @@ from .fit import attribution
 from .forming_system import FormingSystem
 from .result import Attribution
 from .sensitivities import run_sensitivities
-
-if TYPE_CHECKING:
-    from forming.press import PressCurves, PressLevel
 
 #: Share of the recorded stroke below which a run counts as short.
 SHORT = 0.8
@@ -45,8 +42,6 @@ def attribute(
     names, all by default. Runs are kept in the folder `runs` (the user's cache folder by default): what was computed
     there is not computed again. An `InputError` says which level has no system, or which system cannot be varied.
     """
-    from forming.press import PressCurves
-
     curves = press if isinstance(press, PressCurves) else PressCurves.read(press)
     varied = [FormingSystem.of(s) for s in ([systems] if isinstance(systems, System) else systems)]
     pairs, warnings = _matched(curves, varied)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from forming.press import PressLevel
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from ..force_curves.forces import WINDOW, ForceCurve
 from .causes import Cause
 from .sensitivities import Sensitivities
-
-if TYPE_CHECKING:
-    from forming.press import PressLevel
 
 #: Places along the stroke at which curves are compared.
 PLACES = 32

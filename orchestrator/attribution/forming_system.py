@@ -5,18 +5,15 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fmus.archive.content import read_member
 from fmus.runtime.fmu_files import FmuDescription, describe
+from forming.press import PressLevel
 from friction_models.common import InputError
 from friction_models.loads import MU
 
 from ..cosim.setup.connections import split_connection
 from ..cosim.system import System
-
-if TYPE_CHECKING:
-    from forming.press import PressLevel
 
 
 @dataclass(frozen=True)

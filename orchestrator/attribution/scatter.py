@@ -10,17 +10,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from friction_models.loads import FloatArray
 
+from ..force_curves.forces import ForceCurve
 from .curves import LevelForces, averaged
 from .sensitivities import OTHER_MESH, Sensitivities
-
-if TYPE_CHECKING:
-    from ..force_curves.forces import ForceCurve
 
 #: What a mesh is assumed to move a curve by where no other mesh can be set, relative to its largest force.
 ASSUMED_MESH = 0.005
@@ -62,8 +60,6 @@ def repeats(levels: Sequence[LevelForces], notes: list[str]) -> FloatArray:
     A billet, or its lubricant, shifts a whole curve in proportion to the force; beside that curves differ
     slowly along the stroke, and by sensor noise.
     """
-    from scipy.linalg import block_diag
-
     gains, slow, white, freedom = 0.0, 0.0, 0.0, 0
     for v in levels:
         share = v.deviations @ v.simulated / float(v.simulated @ v.simulated)

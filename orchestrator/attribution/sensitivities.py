@@ -7,8 +7,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fmus import pack_forming
+from forming.materials.materials import material_from_dict
+from forming.press import PressLevel
+from forming.processes.thermal_conditions import ThermalConditions
 from friction_models.common import InputError, unknown_name
 from friction_models.common.cached_results import is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
@@ -21,9 +25,6 @@ from ..jobs.keys import ResultKeys
 from .causes import FACTOR, FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .forming_system import FormingSystem
 from .friction_with_effects import addable, graph_of, pack_with_effects, strengths
-
-if TYPE_CHECKING:
-    from forming.press import PressLevel
 
 #: Causes for which a forming FMU is packed again that has no parameter for them.
 _PACKED = ("flow_stress", "heat_transfer")
@@ -159,9 +160,6 @@ def _forming_fmus(
     system: FormingSystem, causes: Sequence[Cause], folder: Path, hashes: ResultKeys
 ) -> dict[str, Path]:
     """Pack the forming FMU again for what is fixed in it: flow stress and heat transfer."""
-    from fmus import pack_forming
-    from forming.materials.materials import material_from_dict
-
     found: dict[str, Path] = {}
     for cause in causes:
         if cause.name not in _PACKED or _is_parameter(cause, system):
@@ -172,8 +170,6 @@ def _forming_fmus(
             for name in _FLOW[material.get("kind", "HenselSpittel")]:
                 material[name] = _times(material[name], 1.0 + cause.step)
         else:
-            from forming.processes.thermal_conditions import ThermalConditions
-
             usual = ThermalConditions.__dataclass_fields__["htc"].default
             fixed["htc"] = float(fixed.get("htc", usual)) * (1.0 + cause.step)
         if isinstance(fixed.get("tool_material"), dict):

@@ -5,20 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from fmus.runtime.errors import SimulationError
+from fmus.runtime.fmu_files import describe
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.common import InputError
 from friction_models.loads import LOADS, MU, FloatArray
 from friction_models.loads.contract import with_unit
 
-from ..cosim.local_errors import StatedError, stated_errors
+from ..cosim.local_errors import StatedError, forming_with_elements, state_local_errors, stated_errors
+from ..cosim.master import Master
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
+from ..cosim.system import System
 from ..force_curves.forces import (
     SAMPLES,
     WINDOW,
@@ -30,9 +32,6 @@ from ..force_curves.forces import (
 )
 from ..jobs.job import Files, Inputs, Job, Needs, Progress
 from .study_folder import RUN, run_jobs, study_folder
-
-if TYPE_CHECKING:
-    from ..cosim.system import System
 
 #: The run without friction, which the others are held against; no model may be called so.
 REFERENCE = "without friction"
@@ -229,15 +228,10 @@ def compare_in_system(
 
 def run_system(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Run a system into a folder; the function of the jobs of `compare_in_system`."""
-    from ..cosim.master import Master
-    from ..cosim.system import System
-
     content = dict(inputs["system"])
     content["components"] = {n: c | {"fmu": str(files[n])} for n, c in content["components"].items()}
     master = Master(System.from_dict(content), mode=str(inputs["mode"]))
     if inputs.get("local_errors"):  # what cannot be stated is refused before it runs
-        from ..cosim.local_errors import forming_with_elements, state_local_errors
-
         forming_with_elements(master)
     run = master.run(folder / RUN)
     said = state_local_errors(run, master) if inputs.get("local_errors") and not run.message else ""
@@ -246,8 +240,6 @@ def run_system(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict
 
 def _process(system: System, friction: str) -> str:
     """Return the component that publishes force and stroke; every model replaces the FMU of `friction`, which need not exist."""
-    from fmus.runtime.fmu_files import describe
-
     for name in system.components:
         if name != friction and {"force", "stroke"} <= set(describe(system.fmu_path(name)).arrays):
             return name
@@ -258,8 +250,6 @@ def _process(system: System, friction: str) -> str:
 
 def _recording(system: System, process: str, names: FrictionNames) -> System:
     """Add what is compared to what a system records."""
-    from fmus.runtime.fmu_files import describe
-
     if system.record is None:
         return system
     known = describe(system.fmu_path(process)).arrays

@@ -12,6 +12,8 @@ import numpy as np
 from fmus import pack_forming
 from fmus.runtime.errors import SimulationError
 from fmus.runtime.friction_names import FrictionNames
+from forming.processes.names import PROCESSES
+from forming.processes.parameters import declared
 from friction_models.common import InputError
 from friction_models.common.ranges import check_range, is_number
 
@@ -65,9 +67,6 @@ class FormingPlan:
 
     def forming(self, level: Mapping[str, float]) -> Any:
         """Return the forming process at a level, whose parameters it must have."""
-        from forming.processes.names import PROCESSES
-        from forming.processes.parameters import declared
-
         values = {**self.parameters, **level}
         declared(self.process, values)  # says what is wrong with names and values
         return PROCESSES[self.process](**values)

@@ -16,14 +16,13 @@ from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
 
 from ..force_curves.forces import ForceCurve
+from ..jobs.job import Files, Inputs, Job, Needs
 from .study_folder import RUN as RUN
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
 
     from ..cosim.run_folders import Run
-    from ..jobs.campaign import Job
-    from ..jobs.job import Files, Inputs, Needs
 
 #: Start values of a friction FMU, such as ``clamp_to_domain``.
 StartValues = Mapping[str, bool | int | float | str]
@@ -136,7 +135,6 @@ def level_job(
     ('run_level', 'gauss_seidel')
     """
     from ..cosim.ready_made import STEP
-    from ..jobs.campaign import Job
 
     inputs = level_inputs(level, mode, STEP if step is None else step, start) | {"keep": keep}
     if tolerance is not None:

@@ -20,6 +20,7 @@ from friction_models.common.netcdf_files import open_dataset, write_dataset
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
+from ..force_curves.forces import ForceComparison, ForceCurve, compare_force, read_press_curve
 from ..jobs.keys import running_code
 from ..jobs.versions import versions
 from .setup.description import SystemDescription
@@ -27,8 +28,6 @@ from .setup.wiring import Wiring
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from ..force_curves.forces import ForceComparison, ForceCurve
 
 
 def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
@@ -179,8 +178,6 @@ class Run(Drawn):
         InputError
             No component recorded ``stroke`` and ``force``.
         """
-        from ..force_curves.forces import ForceCurve
-
         stroke, force = force_labels(self.values, str(self.folder))
         return ForceCurve(self.values[stroke], self.values[force])
 
@@ -197,8 +194,6 @@ class Run(Drawn):
 
     def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
         """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
-        from ..force_curves.forces import compare_force, read_press_curve
-
         return compare_force(self.force_curve(), read_press_curve(press), label=self.name)
 
     def to_frame(self) -> pd.DataFrame:

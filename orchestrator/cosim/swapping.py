@@ -10,6 +10,7 @@ from typing import TypedDict
 import fmus
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.friction_names import FrictionNames
+from friction_models import ConstantFriction
 from friction_models.cards import is_card
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU
@@ -84,8 +85,6 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
         constant = float(model)
     except ValueError:
         return fmus.pack(Path(model), target, **size)
-    from friction_models import ConstantFriction
-
     return fmus.pack(ConstantFriction(constant), target, **size)
 
 

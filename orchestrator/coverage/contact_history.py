@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from fmus.interface.quantities import load_conversion
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, missing_column
 from friction_models.loads.contract import QUANTITIES
@@ -183,8 +184,6 @@ def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArra
         return numbers
     quantity = QUANTITIES[name]
     if unit and unit != quantity.unit:
-        from fmus.interface.quantities import load_conversion
-
         if name == MU.name:
             raise unknown_name("unit of 'mu'", unit, ["1"], where)
         factor, offset = load_conversion(name, unit, where)  # contract -> unit

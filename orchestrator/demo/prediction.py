@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from friction_models import load_model
 from friction_models.loads import DataSet
 
 from ..cosim.batch import RunTask, run_all
@@ -33,8 +34,6 @@ def predict_held_out(
     `out` is the folder of the demo, `data` the campaign after the twin; `labels` are parts and the names of their
     models.
     """
-    from friction_models import load_model
-
     chosen = example_tests(load_model(out / "models" / "before"), data.select("test"))
     schedules = sorted(held_out_schedules(data, chosen), key=lambda s: chosen.index(s.test_id))
     pairs = [(part, schedule) for part in labels for schedule in schedules]

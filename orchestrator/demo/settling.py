@@ -5,8 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import cast
 
+from friction_models import load_model
 from friction_models.common import write_json
 from friction_models.common.files import read_json
+from friction_models.discovery import diagnose
+from friction_models.discovery.answer.changes import changes_text
+from friction_models.discovery.further_tests.joined import join_campaigns
 from friction_models.loads import DataSet
 
 from ..jobs.job import Progress
@@ -25,9 +29,6 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
 
     `out` is the folder of the demo, with the first diagnosis; `seed` that of the diagnosis, of specimens and noise.
     """
-    from friction_models import load_model
-    from friction_models.discovery import diagnose
-    from friction_models.discovery.answer.changes import changes_text
     from sct_twin import SctTwin
     from sct_twin.virtual_lab import run_protocol
 
@@ -60,8 +61,6 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
 
 def all_tests(out: Path, rounds: int) -> DataSet:
     """Return the tests of the demo's campaign and of so many rounds of further ones."""
-    from friction_models.discovery.further_tests.joined import join_campaigns
-
     parts = {"data": DataSet.load(out / "data")}
     parts |= {f"further {k}": DataSet.load(out / FURTHER / f"data-{k}") for k in range(1, rounds + 1)}
     return join_campaigns(parts)[0]

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .job import Job
-    from .store import JobResult
+from .job import Job
+from .store import JobResult
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,6 @@ class TimeEstimate:
     --------
     The first job took twice what was expected, so the second one probably will:
 
-    >>> from orchestrator.jobs.job import Job
     >>> jobs = [Job(name, "json:dumps", seconds=10.0) for name in ("first", "second")]
     >>> estimate = TimeEstimate(jobs, {})
     >>> estimate.add(jobs[0], 20.0)

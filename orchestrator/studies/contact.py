@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +10,8 @@ import numpy.typing as npt
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
 from friction_models.models.domain import Domain
 
-if TYPE_CHECKING:
-    from ..comparison.level_runs import Level
-    from ..cosim.run_folders import Run
+from ..comparison.level_runs import Level
+from ..cosim.run_folders import Run
 
 
 def reference_areas(level: Level) -> FloatArray:

@@ -7,16 +7,13 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from friction_models.common import InputError, unknown_name
 
 from ..comparison.level_runs import Level
+from ..force_curves.forces import ForceCurve, read_press_curve
 from ..jobs.campaign import Job, JobResult
 from ..jobs.job import Files, Inputs, Needs
-
-if TYPE_CHECKING:
-    from ..force_curves.forces import ForceCurve
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
 SECONDS_A_MM = 0.45
@@ -40,8 +37,6 @@ class StudyLevel:
 
     def measured(self, results: Mapping[str, JobResult]) -> Sequence[ForceCurve] | None:
         """Return the measured curves; None where their job failed."""
-        from ..force_curves.forces import read_press_curve
-
         result = results.get(self.job)
         return None if result is None else read_press_curve(result.file("file"))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.loads import FloatArray
+from friction_models.loads import LOAD_NAMES, FloatArray
 
 from ...comparison.level_runs import force_curve
 from ...force_curves.forces import compare_force
@@ -211,7 +211,6 @@ def held_out(
     Loads are clamped to the trained domain, as the FMUs do.
     """
     from friction_models import load_model
-    from friction_models.loads import LOAD_NAMES
 
     found = {}
     for lubricant in study.plan.lubricants:

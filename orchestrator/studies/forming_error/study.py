@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from friction_models.common import InputError
+from friction_models.common.cached_results import path_digest
 
 from ...comparison.level_runs import level_job
 from ...jobs.campaign import JobResult
@@ -146,8 +147,6 @@ class FormingErrorStudy(Study[Plan]):
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study: sizes, levels, and hashes of one's own press curves."""
-        from friction_models.common.cached_results import path_digest
-
         levels = [
             {
                 "lubricant": item.lubricant,

@@ -6,20 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
+import pandas as pd
 
 from friction_models.loads import LOAD_NAMES, FloatArray
+from friction_models.models.base import FrictionModel
+from friction_models.training import best_parameters, fit_all, growing_sets
 
 from ...jobs.campaign import JobResult
 from ...jobs.job import Files, Needs
 from ..measurements import load_measurements
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from friction_models.models.base import FrictionModel
 
 #: The two ways to make training data of a test.
 SERIES, AVERAGE = "time-series", "average"
@@ -95,8 +93,6 @@ class DataFacts(TypedDict):
 
 def learn(inputs: LearnInputs, files: Files, needs: Needs, folder: Path) -> dict[str, list[Point]]:
     """Fit models to training sets of some sizes, for all repeats; ``curves`` are the errors by model and size."""
-    from friction_models.training import growing_sets
-
     (result,) = needs.values()
     data = Collection.of(result, inputs["collection"], inputs["thin"])
     sets = growing_sets(data.tests, inputs["repeats"], inputs["seed"])
@@ -183,8 +179,6 @@ class Collection:
 
 def _point(data: Collection, name: str, sets: list[list[str]], inputs: LearnInputs) -> Point:
     """Return the errors of one model at one size of the training set."""
-    from friction_models.training import fit_all
-
     parts = [data.training[data.training["test_id"].isin(tests)] for tests in sets]
     laws: Sequence[FrictionModel | float]
     best: dict[str, object] = {}
@@ -213,8 +207,6 @@ def _search(
     name: str, part: pd.DataFrame, tests: int, inputs: LearnInputs
 ) -> tuple[dict[str, object], list[dict[str, object]]]:
     """Return the best parameters by cross-validation over whole tests on the first repeat's training set."""
-    from friction_models.training import best_parameters
-
     grid = inputs["grid"].get(name, {})
     if not grid:
         return {}, []

@@ -10,7 +10,7 @@ from typing import Any
 from friction_models.common import InputError
 
 from ...jobs.campaign import Job
-from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
+from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name, read_own
 from ..models import ADVANCED
 from ..study import Study
 from .jobs import AVERAGE, MEAN, SERIES, FactsInputs, LearnInputs, Parameters, learn
@@ -112,8 +112,6 @@ class LearningCurveStudy(Study[LearningCurvePlan]):
 def _training_tests(plan: LearningCurvePlan, place: Path | None) -> int:
     """Return how many training tests there are, the largest size."""
     from sct_twin.virtual_lab.plans import parse_plan
-
-    from ..measurements import read_own
 
     if place is None:
         return parse_plan(plan.tests)[0].count
