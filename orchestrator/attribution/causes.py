@@ -24,16 +24,11 @@ class Cause:
 
     name: str
     title: str
-    #: One of `KINDS`.
-    kind: str
-    #: Of the strength.
-    unit: str
-    #: How far it is moved for the sensitivity; 0 where no run is needed.
-    step: float = 0.0
-    #: Physical sign of the strength; 0: both.
-    sign: int = 0
-    #: Tells two strengths of one cause apart; empty for most.
-    column: str = ""
+    kind: str  # one of `KINDS`
+    unit: str  # of the strength
+    step: float = 0.0  # how far it is moved for the sensitivity; 0 where no run is needed
+    sign: int = 0  # physical sign of the strength; 0: both
+    column: str = ""  # tells two strengths of one cause apart; empty for most
     #: Of the FMU, that moves it; empty for what is packed into the forming FMU, and where no run is needed.
     parameter: str = ""
 

@@ -103,16 +103,12 @@ class Attribution(Drawn):
     What is named leaves 3.0 times the scatter: something else is missing, too.
     """
 
-    #: The largest gain first (drop of the whitened squared error less two a strength).
-    ranking: list[Fit]
+    ranking: list[Fit]  # the largest gain first (drop of the whitened squared error less two a strength)
     #: Causes that these curves cannot tell from the first one, itself included; empty where nothing stands out.
     confusion_set: list[str]
-    #: What is missing beside the first cause, where something is.
-    second: list[str]
-    #: Causes whose fingerprints are the same in these curves, whatever the truth.
-    groups: list[list[str]]
-    #: Causes that leave no trace in these curves.
-    unseen: list[str]
+    second: list[str]  # what is missing beside the first cause, where something is
+    groups: list[list[str]]  # causes whose fingerprints are the same in these curves, whatever the truth
+    unseen: list[str]  # causes that leave no trace in these curves
     deviation: Deviation
     levels: list[LevelDeviation]
     synthetic: bool

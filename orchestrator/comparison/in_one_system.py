@@ -90,14 +90,10 @@ class RunsComparison:
     system: str
     curves: Mapping[str, ForceCurve]
     totals: Mapping[str, Totals]
-    #: The same points in every run; none for a process without contact points.
-    points: Mapping[str, Sequence[PointHistory]]
-    #: The stroke that all runs cover [mm].
-    stroke: tuple[float, float]
-    #: Why a run failed.
-    failed: Mapping[str, str] = field(default_factory=dict)
-    #: That a component ended a run before the stop time.
-    notes: Mapping[str, str] = field(default_factory=dict)
+    points: Mapping[str, Sequence[PointHistory]]  # the same in every run; none without contact points
+    stroke: tuple[float, float]  # that all runs cover [mm]
+    failed: Mapping[str, str] = field(default_factory=dict)  # why a run failed
+    notes: Mapping[str, str] = field(default_factory=dict)  # that a component ended it early
     synthetic: bool = False
     #: Along the contact at every stroke; none for a process without contact points.
     contact: Mapping[str, ContactCourse] = field(default_factory=dict)

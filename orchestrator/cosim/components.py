@@ -53,8 +53,7 @@ class Components:
     #: What is connected or recorded of each component.
     inputs: dict[str, Port] = field(default_factory=dict)
     outputs: dict[str, Port] = field(default_factory=dict)
-    #: Transfers by target.
-    incoming: dict[str, list[Transfer]] = field(default_factory=dict)
+    incoming: dict[str, list[Transfer]] = field(default_factory=dict)  # by target
     #: Components that get other loads at points without contact.
     without_pressure: dict[str, PointsWithoutPressure] = field(default_factory=dict)
 

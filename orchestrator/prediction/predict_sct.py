@@ -48,12 +48,9 @@ class SctPrediction:
     (True, 0.11)
     """
 
-    #: What drove it, and the measurement where there is one.
-    schedule: SctSchedule
-    #: The co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
-    run: Run
-    #: What mu is called in the friction FMU.
-    output: str = MU.name
+    schedule: SctSchedule  # what drove it, and the measurement where there is one
+    run: Run  # the co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
+    output: str = MU.name  # what mu is called in the friction FMU
     #: `u_sigma_n`, `u_psi`, `u_T` at the times of the run, by `uncertainties_of`; empty where they were not computed.
     uncertainties: Mapping[str, FloatArray] = field(default_factory=dict)
 

@@ -61,8 +61,7 @@ class Point(TypedDict):
     parameters: dict[str, object]  # that the search chose
     #: For each repeat what every held-out test contributes by its time series; their mean is the MAE (`Collection.errors`).
     errors: list[list[float]]
-    #: The same by their averages.
-    errors_averages: list[list[float]]
+    errors_averages: list[list[float]]  # the same by their averages
     search: NotRequired[list[dict[str, object]]]
 
 
