@@ -142,11 +142,7 @@ def compare(
         raise InputError(f"--points {points}: there is no data set; allowed: with --data")
     if points is not None and points.suffix not in {".csv", ".parquet"}:
         raise InputError(f"{points}: suffix {points.suffix!r}, allowed: .csv, .parquet")
-    formed = {
-        "--set": bool(parameters),
-        "--level": bool(level),
-        "--stroke": stroke is not None,
-    }
+    formed = {"--set": bool(parameters), "--level": bool(level), "--stroke": stroke is not None}
     for option, given_here in formed.items():
         if given_here and process is None:
             raise InputError(f"{option}: belongs to a forming process; allowed: with --process")
