@@ -6,7 +6,7 @@ import inspect
 import math
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
@@ -77,7 +77,7 @@ class Level:
             farthest = whole.farthest(step)
         except InputError as error:
             raise InputError(f"press level {level.file}: {error}") from None
-        return cls(level.process, level.T_tool, level.speed, min(stroke, recorded, farthest), values)
+        return replace(whole, stroke=min(stroke, recorded, farthest))
 
     @property
     def name(self) -> str:

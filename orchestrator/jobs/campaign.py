@@ -6,6 +6,7 @@ import platform
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import replace
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from friction_models.common.processes.pool import process_count
 from .estimate import DryRun, TimeEstimate
 from .executors import Cluster, Executor, ProcessExecutor
 from .job import Failure, Job, Progress
-from .keys import PACKAGES, Stamp, deciding_code, stamp
+from .keys import PACKAGES, deciding_code, stamp
 from .store import JobResult, Store
 from .work import JobCall
 
@@ -57,8 +58,8 @@ class Campaign:
             self.jobs[job.name] = job
         self.code = tuple(code)
         self.failed: dict[str, Failure] = {}
-        self._code: dict[str, tuple[str, ...]] = {}
-        self._stamps: dict[tuple[str, ...], Stamp] = {}
+        # The sources as they are now: they may change before the next campaign.
+        self._deciding_code, self._stamp = cache(deciding_code), cache(stamp)
         self.keys = self._keys(self._sorted())
 
     def run(
@@ -167,27 +168,17 @@ class Campaign:
 
     def _code_of(self, job: Job) -> tuple[str, ...]:
         module = job.function.partition(":")[0]
-        if module not in self._code:
-            self._code[module] = tuple(dict.fromkeys((*self.code, *deciding_code(module))))
-        return self._code[module]
-
-    def _stamp(self, code: tuple[str, ...]) -> Stamp:
-        if code not in self._stamps:
-            self._stamps[code] = stamp(code)
-        return self._stamps[code]
+        return tuple(dict.fromkeys((*self.code, *self._deciding_code(module))))
 
     def _keys(self, order: Sequence[str]) -> dict[str, str]:
         keys: dict[str, str] = {}
-        read: dict[Path, str] = {}
+        digest_of = cache(path_digest)
         for name in order:
             job = self.jobs[name]
-            for path in job.files.values():
-                if path not in read:
-                    read[path] = path_digest(path)
             content = {
                 "function": job.function,
                 "inputs": job.inputs,
-                "files": {n: read[p] for n, p in job.files.items()},
+                "files": {n: digest_of(p) for n, p in job.files.items()},
                 "needs": {n: keys[n] for n in job.needs},
                 **self._stamp(self._code_of(job)),
             }
