@@ -52,23 +52,17 @@ class Course:
     """How the components of a run were coupled, and what happened in it beside its results."""
 
     mode: str
-    #: Mode ``iterated``: relative change that counts as agreement.
-    tolerance: float
-    #: Components that run in a process of their own.
-    isolated: Collection[str]
-    #: Sentences about open inputs and algebraic loops.
-    warnings: Sequence[str]
-    #: Messages of the FMUs.
-    log: list[str] = field(default_factory=list)
-    #: Mode ``iterated``: repetitions of each step, and largest relative change of a connection in the last one.
-    iterations: list[int] = field(default_factory=list)
-    changes: list[float] = field(default_factory=list)
-    #: Why the run ended before its stop time although nothing failed; what stopped it otherwise.
-    ending: str = ""
-    stopped: BaseException | None = None
-    #: Wall time by component, and of ``master``, ``setup`` and ``total`` [s]; that of the stepping loop alone.
+    tolerance: float  # mode ``iterated``: relative change that counts as agreement
+    isolated: Collection[str]  # components that run in a process of their own
+    warnings: Sequence[str]  # about open inputs, algebraic loops and friction that lags
+    log: list[str] = field(default_factory=list)  # messages of the FMUs
+    iterations: list[int] = field(default_factory=list)  # mode ``iterated``: repetitions of each step
+    changes: list[float] = field(default_factory=list)  # largest relative one of a connection in the last
+    ending: str = ""  # why the run ended before its stop time although nothing failed
+    stopped: BaseException | None = None  # what stopped it otherwise
+    #: Wall time by component, and of ``master``, ``setup`` and ``total`` [s].
     timing: dict[str, float] = field(default_factory=dict)
-    loop_seconds: float = 0.0
+    loop_seconds: float = 0.0  # of the stepping alone
 
 
 @dataclass
