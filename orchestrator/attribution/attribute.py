@@ -40,7 +40,7 @@ def attribute(
 
     `press` holds the measured curves, `systems` the user's co-simulation, one for each process of them; `causes` are
     names, all by default. Runs are kept in the folder `runs` (the user's cache folder by default): what was computed
-    there is not computed again. An `InputError` says which level has no system, or which system cannot be varied.
+    there is not computed again. An `InputError` says that no level belongs to a system, or which one cannot be varied.
     """
     curves = press if isinstance(press, PressCurves) else PressCurves.read(press)
     varied = [FormingSystem.of(s) for s in ([systems] if isinstance(systems, System) else systems)]

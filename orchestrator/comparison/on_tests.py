@@ -167,7 +167,7 @@ class TestsComparison:
 
     result: Comparison  # errors with their intervals
     order: Order  # by RMSE
-    outside: dict[str, float | None]  # share of the points outside the trained domain; None: it does not say
+    outside: dict[str, float | None]  # share of the points outside the trained domain; None: not known
     loads: TriboLoads = field(repr=False)  # at the points
     mu: FloatArray = field(repr=False)  # measured at the points
     #: By model; loads outside a model's trained domain were moved to its border, as its FMU does by default, but for

@@ -25,7 +25,7 @@ FILE = "local_errors.nc"
 
 
 def forming_with_elements(master: Master) -> tuple[str, float]:
-    """Return the only component that computes the loads and has elements, and their size [mm]; its loads are recorded."""
+    """Return the component that computes the loads and has elements, and their size [mm]: one, whose loads are recorded."""
     recorded = {item.label for item in master.wiring.recorded}
     found = [
         (name, float(size.start))

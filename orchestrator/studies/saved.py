@@ -55,8 +55,8 @@ class SavedStudy:
     def results(self, names: Iterable[str], *heads: str) -> dict[str, JobResult]:
         """Return the results that are there, of the jobs whose names begin with one of `heads`.
 
-        They are those that the manifest names, whatever sources they were computed with; one at least is there. A key
-        is a name in ``jobs``, never a path out of it.
+        They are those that the manifest names, whatever sources they were computed with; a folder without any is
+        refused. A key is a name in ``jobs``, never a path out of it.
         """
         store, found = Store(self.folder / "jobs"), {}
         for name in (n for n in map(str, names) if n.startswith(heads)):
