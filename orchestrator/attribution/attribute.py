@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from forming.press import PressCurves, PressLevel
 from friction_models.common import InputError, grown
 from friction_models.common.cached_results import cache_folder
 from friction_models.common.folders import SENSITIVITIES
@@ -23,9 +23,6 @@ from .fit import attribution
 from .forming_system import FormingSystem
 from .result import Attribution
 from .sensitivities import run_sensitivities
-
-if TYPE_CHECKING:
-    from forming.press import PressCurves, PressLevel
 
 #: Share of the recorded stroke below which a run counts as short.
 SHORT = 0.8
@@ -41,29 +38,10 @@ def attribute(
 ) -> Attribution:
     """Say which cause the difference between measured and simulated force-stroke curves points to.
 
-    Parameters
-    ----------
-    press : PressCurves or path-like
-        Measured curves.
-    systems : System or sequence of System
-        The user's co-simulation; one for each process of the press curves.
-    causes : sequence of str, optional
-        Names of causes; all by default.
-    runs : Path, optional
-        Where runs are kept; the user's cache folder by default. What was computed there is not computed again.
-    jobs : int, optional
-        Processes.
-    progress : callable, optional
-        Called with (done, total, what).
-
-    Raises
-    ------
-    InputError
-        No level of the press belongs to a system, systems that cannot be varied, unknown causes, a folder that holds
-        something else.
+    `press` holds the measured curves, `systems` the user's co-simulation, one for each process of them; `causes` are
+    names, all by default. Runs are kept in the folder `runs` (the user's cache folder by default): what was computed
+    there is not computed again. An `InputError` says that no level belongs to a system, or which one cannot be varied.
     """
-    from forming.press import PressCurves
-
     curves = press if isinstance(press, PressCurves) else PressCurves.read(press)
     varied = [FormingSystem.of(s) for s in ([systems] if isinstance(systems, System) else systems)]
     pairs, warnings = _matched(curves, varied)

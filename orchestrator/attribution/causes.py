@@ -15,19 +15,6 @@ KINDS = ("friction", "flow stress", "heat", "machine")
 class Cause:
     """Something that changes a force-stroke curve.
 
-    Attributes
-    ----------
-    kind, unit : str
-        One of `KINDS`; unit of the strength.
-    step : float
-        How far it is moved for the sensitivity; 0 where no run is needed.
-    sign : int
-        Physical sign of the strength; 0: both.
-    column : str
-        Tells two strengths of one cause apart; empty for most.
-    parameter : str
-        Of the FMU, that moves it; empty for what is packed into the forming FMU, and where no run is needed.
-
     Examples
     --------
     >>> cause = Cause("tool_temperature", "tool temperature", "heat", "K", 15.0)
@@ -37,11 +24,12 @@ class Cause:
 
     name: str
     title: str
-    kind: str
-    unit: str
-    step: float = 0.0
-    sign: int = 0
-    column: str = ""
+    kind: str  # one of `KINDS`
+    unit: str  # of the strength
+    step: float = 0.0  # how far it is moved for the sensitivity; 0 where no run is needed
+    sign: int = 0  # physical sign of the strength; 0: both
+    column: str = ""  # tells two strengths of one cause apart; empty for most
+    #: Of the FMU, that moves it; empty for what is packed into the forming FMU, and where no run is needed.
     parameter: str = ""
 
     @property

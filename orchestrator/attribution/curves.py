@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from forming.press import PressLevel
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from ..force_curves.forces import WINDOW, ForceCurve
 from .causes import Cause
 from .sensitivities import Sensitivities
-
-if TYPE_CHECKING:
-    from forming.press import PressLevel
 
 #: Places along the stroke at which curves are compared.
 PLACES = 32
@@ -30,40 +27,20 @@ BENT = ("compliance", "stroke_zero")
 
 @dataclass(frozen=True)
 class LevelForces:
-    """One level of the press on a common stroke.
-
-    Attributes
-    ----------
-    stroke, simulated, measured : ndarray, shape (n,)
-        Stroke [mm] and forces [kN].
-    window : float
-        Stroke over which the forces are averaged [mm].
-    deviations : ndarray, shape (repeats, n)
-        Of each repeat from their mean [kN].
-    curve : ForceCurve
-        The simulated curve as it was recorded.
-    process : str
-        Levels of one process share the error of the mesh.
-    """
+    """One level of the press on a common stroke [mm] of n places; forces in kN."""
 
     name: str
-    stroke: FloatArray
-    window: float
-    simulated: FloatArray
-    measured: FloatArray
-    deviations: FloatArray
-    curve: ForceCurve
-    process: str = ""
+    stroke: FloatArray  # shape (n,)
+    window: float  # stroke over which the forces are averaged
+    simulated: FloatArray  # shape (n,)
+    measured: FloatArray  # shape (n,), mean of the repeats
+    deviations: FloatArray  # shape (repeats, n), of each repeat from their mean
+    curve: ForceCurve  # the simulated one as it was recorded
+    process: str = ""  # levels of one process share the error of the mesh
 
 
 def on_common_stroke(level: PressLevel, simulated: ForceCurve, mesh_size: float = 0.0) -> LevelForces:
-    """Return measured and simulated force at the same strokes, both averaged over a mesh size at least.
-
-    Raises
-    ------
-    InputError
-        Less than 0.5 mm of stroke in common.
-    """
+    """Return measured and simulated force at the same strokes, both averaged over a mesh size [mm] at least."""
     repeats = [ForceCurve(c["stroke"].to_numpy(), c["force"].to_numpy()) for c in level.repeats]
     start = max(simulated.stroke[0], *(c.stroke[0] for c in repeats))
     end = min(simulated.stroke[-1], *(c.stroke[-1] for c in repeats))

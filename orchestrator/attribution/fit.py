@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
+from scipy.stats import chi2
 
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
@@ -138,8 +140,6 @@ def _visible(parts: Sequence[Cause], X: FloatArray) -> float:
 
 def _fit(parts: Sequence[Cause], X: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
     """Return the strengths that fit best with their physical signs, and the drop of the squared error."""
-    from itertools import combinations
-
     best, drop = np.zeros(len(parts)), 0.0
     for size in range(1, len(parts) + 1):
         for chosen in combinations(range(len(parts)), size):
@@ -154,8 +154,6 @@ def _fit(parts: Sequence[Cause], X: FloatArray, y: FloatArray) -> tuple[FloatArr
 
 
 def _described(parts: Sequence[Cause], X: FloatArray, values: FloatArray, drop: float, family: int) -> Fit:
-    from scipy.stats import chi2
-
     k = len(parts)
     errors = np.sqrt(np.diag(np.linalg.pinv(X.T @ X)))
     p = float(min(1.0, family * chi2.sf(drop, k)))
@@ -181,8 +179,6 @@ def _second(
     family: int,
 ) -> tuple[list[str], FloatArray]:
     """Return causes that explain what the first one leaves, and the joint signal of both."""
-    from scipy.stats import chi2
-
     first = confusion[0]
     alone = X[first] @ np.linalg.lstsq(X[first], y, rcond=1e-8)[0]
     base = float(np.sum((y - alone) ** 2))

@@ -5,46 +5,34 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fmus.archive.content import read_member
 from fmus.runtime.fmu_files import FmuDescription, describe
+from forming.press import PressLevel
 from friction_models.common import InputError
 from friction_models.loads import MU
 
 from ..cosim.setup.connections import split_connection
 from ..cosim.system import System
 
-if TYPE_CHECKING:
-    from forming.press import PressLevel
-
 
 @dataclass(frozen=True)
 class FormingSystem:
-    """A user's system of friction and forming FMU.
-
-    `forming` and `friction` are names of components; `description` is that of the forming FMU, `process` is empty for
-    one that is not of this project, `config` what one of this project was packed from; `fmi` is the version of the
-    friction FMU's interface.
-    """
+    """A user's system of friction and forming FMU, each with the name of its component."""
 
     system: System
     forming: str
     friction: str
-    description: FmuDescription
-    process: str
-    config: dict[str, object]
-    fmi: str = "2.0"
+    description: FmuDescription  # of the forming FMU
+    process: str  # empty for a forming FMU that is not of this project
+    config: dict[str, object]  # what a forming FMU of this project was packed from
+    fmi: str = "2.0"  # version of the friction FMU's interface
 
     @classmethod
     def of(cls, system: System) -> FormingSystem:
         """Find forming process and friction model in a system.
 
-        Raises
-        ------
-        InputError
-            No component computes stroke and force from mu, nothing gives it mu, or it has no parameters
-            ``speed`` and ``T_tool``.
+        The process computes stroke and force from mu, and has the parameters ``speed`` and ``T_tool``.
         """
         found = {name: describe(system.fmu_path(name)) for name in system.components}
         forming = [
@@ -54,18 +42,18 @@ class FormingSystem:
             raise InputError(
                 f"{system.source}: {len(forming)} components have stroke, force and mu; allowed: one forming process"
             )
-        name = forming[0]
-        lines = [parts for c in system.connections if (parts := split_connection(c)) is not None]
-        wanted = f"{name}.{MU.name}"
-        sources = [
+        (name,) = forming
+        connected = [parts for c in system.connections if (parts := split_connection(c)) is not None]
+        sources = {
             source.rpartition(".")[0]
-            for source, target, _ in lines
-            if target.partition("[")[0].strip() == wanted
-        ]
-        if not sources or len(set(sources)) != 1:
+            for source, target, _ in connected
+            if target.partition("[")[0].strip() == f"{name}.{MU.name}"
+        }
+        if len(sources) != 1:
             raise InputError(
-                f"{system.source}: {name}.mu comes from {len(set(sources))} components; allowed: one friction FMU"
+                f"{system.source}: {name}.mu comes from {len(sources)} components; allowed: one friction FMU"
             )
+        (friction,) = sources
         for parameter in ("speed", "T_tool"):
             if parameter not in found[name].variables:
                 raise InputError(
@@ -73,8 +61,8 @@ class FormingSystem:
                     "which every level of the press sets"
                 )
         config = _config(found[name].path)
-        fmi = str(found[sources[0]].raw.fmiVersion)
-        return cls(system, name, sources[0], found[name], str(config.get("process", "")), config, fmi)
+        fmi = str(found[friction].raw.fmiVersion)
+        return cls(system, name, friction, found[name], str(config.get("process", "")), config, fmi)
 
     @property
     def nodes(self) -> int:

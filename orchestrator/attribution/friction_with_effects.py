@@ -9,9 +9,16 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import onnx
+from onnx import TensorProto, helper
+from onnx.compose import add_prefix
+
+import fmus
 from fmus.archive.content import read_member, read_members
+from fmus.user_onnx import looks_ours
+from fmus.user_onnx.reading import parse
 from friction_models.common import InputError, atomic_path
 from friction_models.effects.base import Effect, Memory
 from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
@@ -19,9 +26,6 @@ from friction_models.expressions.ops import LoadColumns, Value
 from friction_models.loads import LOAD_NAMES
 
 from .causes import FACTOR, Cause
-
-if TYPE_CHECKING:
-    import onnx
 
 #: Where our friction FMUs keep their graph.
 GRAPH = "resources/model.onnx"
@@ -58,11 +62,6 @@ def strengths(effects: Sequence[Effect]) -> list[Cause]:
 def graph_of(fmu: Path) -> bytes:
     """Return the ONNX graph inside a friction FMU of this project.
 
-    Raises
-    ------
-    InputError
-        Not an archive, no graph in it, or one that is too large.
-
     Examples
     --------
     >>> from pathlib import Path
@@ -89,14 +88,7 @@ def pack_with_effects(
 
     `effects` are physical ones without metadata, `nodes` the contact points, `fmi` the version of the interface of
     the user's FMU, so that start values of the system fit both.
-
-    Raises
-    ------
-    InputError
-        What `graph_of` refuses, or a graph with other inputs than ours.
     """
-    import fmus
-
     model = with_effects(graph_of(fmu), effects, str(fmu))
     file = target.with_suffix(".onnx")
     with atomic_path(file) as temporary:
@@ -118,9 +110,6 @@ def addable(content: bytes, effects: Sequence[Effect], where: str) -> list[Effec
 
 def _read(content: bytes, where: str) -> tuple[onnx.ModelProto, dict[str, list[Any]]]:
     """Return a checked graph with our signature, and its metadata."""
-    from fmus.user_onnx import looks_ours
-    from fmus.user_onnx.reading import parse
-
     model = parse(content, where)
     if not looks_ours(model):
         raise InputError(
@@ -135,10 +124,6 @@ def _read(content: bytes, where: str) -> tuple[onnx.ModelProto, dict[str, list[A
 
 def with_effects(content: bytes, effects: Sequence[Effect], where: str) -> onnx.ModelProto:
     """Return the graph of a friction model with `effects` added at strengths that are system variables."""
-    import onnx
-    from onnx import TensorProto, helper
-    from onnx.compose import add_prefix
-
     user, held = _read(content, where)
     states, system = held.get("tribofmu.state", []), held.get("tribofmu.system", [])
     known = strengths(effects)

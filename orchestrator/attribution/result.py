@@ -23,12 +23,12 @@ class Strength(NamedTuple):
 
 
 class Deviation(TypedDict):
-    """RMS of forces [kN]: see `Attribution`."""
+    """RMS of measured minus simulated force [kN]."""
 
     before: float
-    after: float
-    scatter: float
-    mesh: float
+    after: float  # the first cause, and the second
+    scatter: float  # to expect
+    mesh: float  # shift by the mesh that is allowed beside the scatter
 
 
 class LevelDeviation(TypedDict):
@@ -40,15 +40,15 @@ class LevelDeviation(TypedDict):
 
 
 class LevelCurves(TypedDict):
-    """What the page draws of one level: stroke [mm], forces [kN], and by cause the change of the force for a strength of one."""
+    """What the page draws of one level: stroke [mm] and forces [kN]."""
 
     level: str
     stroke: FloatArray
     measured: FloatArray
     simulated: FloatArray
-    after: FloatArray
-    scatter: FloatArray
-    fingerprints: dict[str, FloatArray]
+    after: FloatArray  # what is left after the causes named
+    scatter: FloatArray  # to expect
+    fingerprints: dict[str, FloatArray]  # by cause, change of the force for a strength of one
 
 
 @dataclass(frozen=True)
@@ -89,23 +89,6 @@ class Fit:
 class Attribution(Drawn):
     """Where the force-stroke curves point to; an attribution, not a proof.
 
-    Attributes
-    ----------
-    ranking : list of Fit
-        The largest gain first (drop of the whitened squared error less two a strength).
-    confusion_set, second : list of str
-        Causes that these curves cannot tell from the first one, itself included, empty where nothing stands out; and
-        what is missing beside it, where something is.
-    groups : list of list of str
-        Causes whose fingerprints are the same in these curves, whatever the truth.
-    unseen : list of str
-        Causes that leave no trace in these curves.
-    deviation : Deviation
-        RMS of measured minus simulated [kN] ``before``, ``after`` the first cause (and the second), of the
-        ``scatter`` to expect, and of the shift by the ``mesh`` that is allowed beside it.
-    curves : list of LevelCurves
-        Forces of each level, with what is left ``after`` the causes named and the ``scatter`` to expect.
-
     Examples
     --------
     >>> strength = Strength("", 0.05, 0.01, "1")
@@ -120,11 +103,12 @@ class Attribution(Drawn):
     What is named leaves 3.0 times the scatter: something else is missing, too.
     """
 
-    ranking: list[Fit]
+    ranking: list[Fit]  # the largest gain first (drop of the whitened squared error less two a strength)
+    #: Causes that these curves cannot tell from the first one, itself included; empty where nothing stands out.
     confusion_set: list[str]
-    second: list[str]
-    groups: list[list[str]]
-    unseen: list[str]
+    second: list[str]  # what is missing beside the first cause, where something is
+    groups: list[list[str]]  # causes whose fingerprints are the same in these curves, whatever the truth
+    unseen: list[str]  # causes that leave no trace in these curves
     deviation: Deviation
     levels: list[LevelDeviation]
     synthetic: bool

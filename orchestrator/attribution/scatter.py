@@ -10,17 +10,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from friction_models.loads import FloatArray
 
+from ..force_curves.forces import ForceCurve
 from .curves import LevelForces, averaged
 from .sensitivities import OTHER_MESH, Sensitivities
-
-if TYPE_CHECKING:
-    from ..force_curves.forces import ForceCurve
 
 #: What a mesh is assumed to move a curve by where no other mesh can be set, relative to its largest force.
 ASSUMED_MESH = 0.005
@@ -35,21 +33,12 @@ _LENGTHS, _SHARED, _NOISES = (0.07, 0.12, 0.2, 0.35, 0.6), (0.0, 0.5, 0.8, 0.95)
 
 @dataclass(frozen=True)
 class Scatter:
-    """Covariance of the deviations of all levels.
+    """How all N forces, one level after the other, deviate."""
 
-    Attributes
-    ----------
-    covariance, factor : ndarray, shape (N, N)
-        Of the N forces of all levels, one level after the other [kN2], and its lower Cholesky factor [kN].
-    deviation, drift : ndarray, shape (N,)
-        Standard deviation of every force [kN] without `drift`, which is what the mesh may shift all curves of a
-        process by together: one standard deviation.
-    """
-
-    covariance: FloatArray
-    factor: FloatArray
-    deviation: FloatArray
-    drift: FloatArray
+    covariance: FloatArray  # shape (N, N) [kN2]
+    factor: FloatArray  # its lower Cholesky factor [kN]
+    deviation: FloatArray  # standard deviation of every force without drift, shape (N,) [kN]
+    drift: FloatArray  # one standard deviation of what the mesh may shift all curves of a process by together [kN]
 
     @classmethod
     def of(cls, levels: Sequence[LevelForces], found: Sensitivities, notes: list[str]) -> Scatter:
@@ -71,8 +60,6 @@ def repeats(levels: Sequence[LevelForces], notes: list[str]) -> FloatArray:
     A billet, or its lubricant, shifts a whole curve in proportion to the force; beside that curves differ
     slowly along the stroke, and by sensor noise.
     """
-    from scipy.linalg import block_diag
-
     gains, slow, white, freedom = 0.0, 0.0, 0.0, 0
     for v in levels:
         share = v.deviations @ v.simulated / float(v.simulated @ v.simulated)
@@ -103,16 +90,12 @@ def repeats(levels: Sequence[LevelForces], notes: list[str]) -> FloatArray:
 def mesh_error(
     levels: Sequence[LevelForces], remeshed: Sequence[ForceCurve], notes: list[str]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the error of the mesh: from another mesh, or assumed where there is none.
+    """Return the error of the mesh in two parts: from another mesh, or assumed where there is none.
 
-    Returns
-    -------
-    waves : ndarray, shape (N, N)
-        Covariance of waves along the stroke [kN2], whose size, length and share in common are those that make the
-        difference of the two meshes most likely.
-    drifts : ndarray, shape (N, processes)
-        The difference itself [kN], as large as convergence of first order would leave it between the mesh and the limit
-        of small elements (Richardson's extrapolation): a shift of known shape and unknown strength.
+    The first, shape (N, N), is the covariance of waves along the stroke [kN2], whose size, length and share in common
+    are those that make the difference of the two meshes most likely. The second, shape (N, processes), is the
+    difference itself [kN], as large as convergence of first order would leave it between the mesh and the limit of
+    small elements (Richardson's extrapolation): a shift of known shape and unknown strength.
     """
     top = np.concatenate([np.full(len(v.stroke), v.simulated.max()) for v in levels])
     waves = np.diag((NOISE * top) ** 2)

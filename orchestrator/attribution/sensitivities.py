@@ -7,8 +7,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fmus import pack_forming
+from forming.materials.materials import material_from_dict
+from forming.press import PressLevel
+from forming.processes.thermal_conditions import ThermalConditions
 from friction_models.common import InputError, unknown_name
 from friction_models.common.cached_results import is_kept, keep
 from friction_models.effects import CATALOGUE, make_effect
@@ -22,9 +26,6 @@ from .causes import FACTOR, FORMING, FRICTION_LEVEL, MACHINE, Cause, all_causes
 from .forming_system import FormingSystem
 from .friction_with_effects import addable, graph_of, pack_with_effects, strengths
 
-if TYPE_CHECKING:
-    from forming.press import PressLevel
-
 #: Causes for which a forming FMU is packed again that has no parameter for them.
 _PACKED = ("flow_stress", "heat_transfer")
 #: What carries the strength of the flow stress in each kind of material.
@@ -35,17 +36,13 @@ OTHER_MESH = 0.7
 
 @dataclass
 class Sensitivities:
-    """Simulated curves of every level: as the system stands, and with each cause moved by its step.
-
-    `moved` is by `Cause.key`, without causes that need no run; `remeshed` has another size of the elements, and is
-    empty where that cannot be set; `mesh_size` is the largest element size of the systems [mm], 0 where unknown.
-    """
+    """Simulated curves of every level: as the system stands, and with each cause moved by its step."""
 
     causes: list[Cause]
     base: list[ForceCurve]
-    moved: dict[str, list[ForceCurve]]
-    remeshed: list[ForceCurve]
-    mesh_size: float
+    moved: dict[str, list[ForceCurve]]  # by `Cause.key`, without causes that need no run
+    remeshed: list[ForceCurve]  # with another size of the elements; empty where that cannot be set
+    mesh_size: float  # largest element size of the systems [mm], 0 where unknown
     warnings: list[str]
 
 
@@ -61,11 +58,6 @@ def run_sensitivities(
 
     `systems` are one for each process; `levels` say which of them stands for which level; `wanted` are names of
     causes, all by default.
-
-    Raises
-    ------
-    InputError
-        An unknown cause, or what the systems refuse.
     """
     known = all_causes()
     for name in wanted or ():
@@ -168,9 +160,6 @@ def _forming_fmus(
     system: FormingSystem, causes: Sequence[Cause], folder: Path, hashes: ResultKeys
 ) -> dict[str, Path]:
     """Pack the forming FMU again for what is fixed in it: flow stress and heat transfer."""
-    from fmus import pack_forming
-    from forming.materials.materials import material_from_dict
-
     found: dict[str, Path] = {}
     for cause in causes:
         if cause.name not in _PACKED or _is_parameter(cause, system):
@@ -181,8 +170,6 @@ def _forming_fmus(
             for name in _FLOW[material.get("kind", "HenselSpittel")]:
                 material[name] = _times(material[name], 1.0 + cause.step)
         else:
-            from forming.processes.thermal_conditions import ThermalConditions
-
             usual = ThermalConditions.__dataclass_fields__["htc"].default
             fixed["htc"] = float(fixed.get("htc", usual)) * (1.0 + cause.step)
         if isinstance(fixed.get("tool_material"), dict):

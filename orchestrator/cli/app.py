@@ -20,7 +20,6 @@ from .commands import (
     showing,
     simulating,
     studying,
-    telling,
     verifying,
     workbench,
 )
@@ -73,7 +72,6 @@ for module in (
     attributing,
     verifying,
     studying,
-    telling,
     workbench,
 ):
     app.add_typer(module.app)

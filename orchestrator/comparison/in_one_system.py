@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from fmus.runtime.errors import SimulationError
+from fmus.runtime.fmu_files import describe
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.common import InputError
 from friction_models.loads import LOADS, MU, FloatArray
 from friction_models.loads.contract import with_unit
 
-from ..cosim.local_errors import StatedError, stated_errors
+from ..cosim.local_errors import StatedError, forming_with_elements, state_local_errors, stated_errors
+from ..cosim.master import Master
 from ..cosim.run_folders import Run
 from ..cosim.swapping import friction_component, swap_model, takes_loads
+from ..cosim.system import System
 from ..force_curves.forces import (
     SAMPLES,
     WINDOW,
@@ -30,9 +33,6 @@ from ..force_curves.forces import (
 from ..jobs.job import Files, Inputs, Job, Needs, Progress
 from .study_folder import RUN, run_jobs, study_folder
 
-if TYPE_CHECKING:
-    from ..cosim.system import System
-
 #: The run without friction, which the others are held against; no model may be called so.
 REFERENCE = "without friction"
 #: Contact points whose loads and mu are shown.
@@ -41,73 +41,39 @@ POINTS = 3
 
 @dataclass(frozen=True)
 class Totals:
-    """What a run comes to on the stroke that all runs cover.
+    """What a run comes to on the stroke that all runs cover."""
 
-    Largest force [kN], moving mean; work of the punch [J]; and the part of that work that is there because of
-    friction, one minus the work of the run without friction over this one, None where that run failed.
-
-    Examples
-    --------
-    >>> Totals(max_force=110.0, work=900.0, friction_share=0.25).friction_share
-    0.25
-    """
-
-    max_force: float
-    work: float
+    max_force: float  # the largest, of the moving mean [kN]
+    work: float  # of the punch [J]
+    #: The part of the work that is there because of friction: one minus the work of the run without friction over this
+    #: one; None where that run failed.
     friction_share: float | None
 
 
 @dataclass(frozen=True)
 class PointHistory:
-    """Loads and mu of one contact point in one run; NaN where it touches nothing.
+    """Loads and mu of one contact point in one run."""
 
-    `point` is its number, from 1; `values` are by name of the loads contract, as long as `stroke` [mm].
-    """
-
-    point: int
-    stroke: FloatArray
+    point: int  # its number, from 1
+    stroke: FloatArray  # [mm]
+    #: By name of the loads contract, as long as the stroke; NaN where it touches nothing.
     values: Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True)
 class ContactCourse:
-    """Loads and mu along the contact of one run.
+    """Loads and mu along the contact of one run at n strokes."""
 
-    Attributes
-    ----------
-    stroke : ndarray, shape (n,)
-        [mm].
-    place : ndarray, shape (n, points)
-        Distance of each point along the surface from the first one [mm]; its number where the process does not say
-        where its points are, and `is_distance` is then False.
-    values : dict of str to ndarray
-        By name of the loads contract, shape (n, points); NaN where a point touches nothing.
-    """
-
-    stroke: FloatArray
-    place: FloatArray
+    stroke: FloatArray  # shape (n,) [mm]
+    place: FloatArray  # shape (n, points), distance along the surface from the first point [mm], or numbers of the points
+    #: By name of the loads contract, shape (n, points); NaN where a point touches nothing.
     values: Mapping[str, FloatArray]
-    is_distance: bool
+    is_distance: bool  # False where the process does not say where its points are
 
 
 @dataclass(frozen=True)
 class RunsComparison:
-    """Runs of one system with several friction models.
-
-    Attributes
-    ----------
-    curves, totals, points : dict
-        By label of the model; the same points in every run, none for a process without contact points.
-    stroke : (float, float)
-        The stroke that all runs cover [mm].
-    failed, notes : dict of str to str
-        By label: why a run failed, and that a component ended it before the stop time.
-    contact : dict
-        By label: loads and mu along the contact at every stroke; none for a process without contact points.
-    errors : dict
-        By label: how far the loads may be off, where that was asked.
-    press : dict
-        By label: the run against a measured force curve, where there is one.
+    """Runs of one system with several friction models, by their labels.
 
     Examples
     --------
@@ -124,23 +90,20 @@ class RunsComparison:
     system: str
     curves: Mapping[str, ForceCurve]
     totals: Mapping[str, Totals]
-    points: Mapping[str, Sequence[PointHistory]]
-    stroke: tuple[float, float]
-    failed: Mapping[str, str] = field(default_factory=dict)
-    notes: Mapping[str, str] = field(default_factory=dict)
+    points: Mapping[str, Sequence[PointHistory]]  # the same in every run; none without contact points
+    stroke: tuple[float, float]  # that all runs cover [mm]
+    failed: Mapping[str, str] = field(default_factory=dict)  # why a run failed
+    notes: Mapping[str, str] = field(default_factory=dict)  # that a component ended it early
     synthetic: bool = False
+    #: Along the contact at every stroke; none for a process without contact points.
     contact: Mapping[str, ContactCourse] = field(default_factory=dict)
+    #: How far the loads may be off, where that was asked.
     errors: Mapping[str, Sequence[StatedError]] = field(default_factory=dict)
+    #: The run against a measured force curve, where there is one.
     press: Mapping[str, ForceComparison] = field(default_factory=dict)
 
     def against(self, measured: Sequence[ForceCurve]) -> RunsComparison:
-        """Return the comparison with the runs held against the repeats of a press curve, too.
-
-        Raises
-        ------
-        InputError
-            A run and the press curve have no stroke in common.
-        """
+        """Return the comparison with the runs held against the repeats of a press curve, too."""
         found = {label: compare_force(curve, measured, label) for label, curve in self.curves.items()}
         return replace(self, press=found)
 
@@ -219,32 +182,13 @@ def compare_in_system(
 ) -> RunsComparison:
     """Run a system with each friction model, and once without friction; a run that fails does not stop the others.
 
-    Parameters
-    ----------
-    system : System
-        With a component that takes loads and gives mu, and one that publishes ``stroke`` and ``force``.
-    models : mapping of str to str
-        Label and model folder, ``.fmu`` or ``.onnx`` file, or a number for constant mu.
-    runs : Path, optional
-        Where FMUs and runs are kept; ``runs.json`` says which is which. Runs of the same content are taken from there.
-        A temporary folder by default.
-    names : mapping, optional
-        By label, the variables of FMUs that call the loads otherwise.
-    mode : str
-        How the components exchange values.
-    jobs : int, optional
-        Processes; all cores by default.
-    progress : callable, optional
-        Called with (done, total, what).
-    local_errors : bool
-        Run each model once more with smaller elements and state how far the loads at the contact points may be off.
+    A component of `system` takes loads and gives mu, another one publishes ``stroke`` and ``force``. `models` are by label
+    a model folder, an ``.fmu`` or ``.onnx`` file, or a number for constant mu; `names`, by label, the variables of FMUs
+    that call the loads otherwise. FMUs and runs are kept in the folder `runs` (a temporary one by default), where
+    ``runs.json`` says which is which; runs of the same content are taken from there. With `local_errors` each model runs
+    once more with smaller elements, which states how far the loads at the contact points may be off.
 
-    Raises
-    ------
-    InputError
-        A system without friction or without force and stroke; a model that cannot be packed or does not fit.
-    SimulationError
-        Every run failed.
+    Raises InputError where a model cannot be packed or does not fit, SimulationError where every run failed.
     """
     component = friction_component(system)
     process = _process(system, component)
@@ -280,15 +224,10 @@ def compare_in_system(
 
 def run_system(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Run a system into a folder; the function of the jobs of `compare_in_system`."""
-    from ..cosim.master import Master
-    from ..cosim.system import System
-
     content = dict(inputs["system"])
     content["components"] = {n: c | {"fmu": str(files[n])} for n, c in content["components"].items()}
     master = Master(System.from_dict(content), mode=str(inputs["mode"]))
     if inputs.get("local_errors"):  # what cannot be stated is refused before it runs
-        from ..cosim.local_errors import forming_with_elements, state_local_errors
-
         forming_with_elements(master)
     run = master.run(folder / RUN)
     said = state_local_errors(run, master) if inputs.get("local_errors") and not run.message else ""
@@ -297,8 +236,6 @@ def run_system(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict
 
 def _process(system: System, friction: str) -> str:
     """Return the component that publishes force and stroke; every model replaces the FMU of `friction`, which need not exist."""
-    from fmus.runtime.fmu_files import describe
-
     for name in system.components:
         if name != friction and {"force", "stroke"} <= set(describe(system.fmu_path(name)).arrays):
             return name
@@ -309,8 +246,6 @@ def _process(system: System, friction: str) -> str:
 
 def _recording(system: System, process: str, names: FrictionNames) -> System:
     """Add what is compared to what a system records."""
-    from fmus.runtime.fmu_files import describe
-
     if system.record is None:
         return system
     known = describe(system.fmu_path(process)).arrays
@@ -365,14 +300,14 @@ def _compared(
     )
 
 
-def _touching(run: Run, process: str) -> FloatArray | None:
+def _touching(run: Run, process: str) -> npt.NDArray[np.bool_] | None:
     """Return which points touch the tool at each time, shape (steps + 1, points); None without contact points."""
     active = run.values.get(f"{process}.active")
     pressure = run.values.get(f"{process}.sigma_n")
     if pressure is None:
         return None
-    found = pressure > 0.0 if active is None else active > 0.5
-    return np.asarray(found if found.ndim == 2 else found[:, None], dtype=float)
+    found: npt.NDArray[np.bool_] = pressure > 0.0 if active is None else active > 0.5
+    return found if found.ndim == 2 else found[:, None]
 
 
 def _points(run: Run, process: str) -> list[int]:
@@ -393,7 +328,7 @@ def _course(run: Run, process: str, mu: str) -> ContactCourse | None:
         return None
     found = {q.name: run.values.get(f"{process}.{q.name}") for q in LOADS} | {MU.name: run.values.get(mu)}
     values = {
-        name: np.where(touching > 0.0, array, np.nan)
+        name: np.where(touching, array, np.nan)
         for name, array in found.items()
         if array is not None and array.shape == touching.shape
     }
@@ -414,5 +349,5 @@ def _history(run: Run, process: str, mu: str, point: int) -> PointHistory:
         if found is None or touching is None:
             continue
         column = found[:, point] if found.ndim == 2 else found
-        values[name] = np.where(touching[:, point] > 0.0, column, np.nan)
+        values[name] = np.where(touching[:, point], column, np.nan)
     return PointHistory(point + 1, run[f"{process}.stroke"], values)

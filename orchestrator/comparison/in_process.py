@@ -12,6 +12,8 @@ import numpy as np
 from fmus import pack_forming
 from fmus.runtime.errors import SimulationError
 from fmus.runtime.friction_names import FrictionNames
+from forming.processes.names import PROCESSES
+from forming.processes.parameters import declared
 from friction_models.common import InputError
 from friction_models.common.ranges import check_range, is_number
 
@@ -29,17 +31,6 @@ LEVEL = ("speed", "T_tool", "T_billet")
 class FormingPlan:
     """A forming process and its levels.
 
-    Attributes
-    ----------
-    process : str
-        ``"fre"``, ``"bce"``, ``"upsetting"`` or ``"ring"``.
-    parameters : mapping
-        Those of the process that differ from its defaults.
-    levels : sequence of mapping
-        Parameters that differ from level to level, of `LEVEL`.
-    stroke : float or None
-        Punch travel [mm]; by default 20 mm, or what the process allows.
-
     Examples
     --------
     >>> plan = FormingPlan("fre", {"half_angle": 30.0}, [{"speed": 5.0}, {"speed": 50.0, "T_tool": 100.0}])
@@ -51,10 +42,10 @@ class FormingPlan:
     friction_models.common.errors.InputError: --level 'half_angle=30.0': unknown ...
     """
 
-    process: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    levels: Sequence[Mapping[str, float]] = ({},)
-    stroke: float | None = None
+    process: str  # "fre", "bce", "upsetting" or "ring"
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # those that differ from its defaults
+    levels: Sequence[Mapping[str, float]] = ({},)  # parameters of `LEVEL` that differ from level to level
+    stroke: float | None = None  # punch travel [mm]; None: 20 mm, or what the process allows
 
     def __post_init__(self) -> None:
         for level in self.levels:
@@ -74,23 +65,18 @@ class FormingPlan:
         """Return the name of a level in files and pages."""
         return "-".join([self.process, *(f"{name}-{value:g}" for name, value in level.items())])
 
-    def longest(self, level: Mapping[str, float]) -> float:
-        """Return the stroke of a level in whole steps [mm].
-
-        Raises
-        ------
-        InputError
-            A parameter that the process does not have or refuses; a stroke that it does not allow.
-        """
-        from forming.processes.names import PROCESSES
-        from forming.processes.parameters import declared
-
+    def forming(self, level: Mapping[str, float]) -> Any:
+        """Return the forming process at a level, whose parameters it must have."""
         values = {**self.parameters, **level}
         declared(self.process, values)  # says what is wrong with names and values
-        most = PROCESSES[self.process](**values).max_stroke
+        return PROCESSES[self.process](**values)
+
+    def longest(self, level: Mapping[str, float]) -> float:
+        """Return the stroke of a level in whole steps [mm]; one that the process does not allow is refused."""
+        forming = self.forming(level)
         if self.stroke is None:
-            return float(np.floor(min(STROKE, most) / STEP + 1e-6) * STEP)
-        check_range(PROCESSES[self.process].name, "stroke", self.stroke, STEP, most, "mm")
+            return float(np.floor(min(STROKE, forming.max_stroke) / STEP + 1e-6) * STEP)
+        check_range(forming.name, "stroke", self.stroke, STEP, forming.max_stroke, "mm")
         return self.stroke
 
 
@@ -141,21 +127,10 @@ def compare_in_process(
     progress: Progress | None = None,
     local_errors: bool = False,
 ) -> LevelsOfProcess:
-    """Form every level with each friction model, and once without friction.
+    """Form every level with each friction model, and once without friction; see `compare_in_system`.
 
-    Parameters
-    ----------
-    runs : Path, optional
-        Folder that keeps the forming FMU of each level and a folder with its runs; see `compare_in_system`.
-    progress : callable, optional
-        Called with (done, total, what), over all levels.
-
-    Raises
-    ------
-    InputError
-        A parameter, level or stroke that the process refuses; a model that cannot be packed.
-    SimulationError
-        No run came to its end.
+    The folder `runs` keeps the forming FMU of each level and a folder with its runs; `progress` counts over all levels.
+    A level none of whose runs came to an end does not stop the others.
     """
     strokes = {plan.name(level): plan.longest(level) for level in plan.levels}
     found: dict[str, RunsComparison] = {}
@@ -165,9 +140,8 @@ def compare_in_process(
             name = plan.name(level)
             values = {**plan.parameters, **level}
             packed = pack_forming(place / f"{name}.fmu", process=plan.process, stroke=strokes[name], **values)
-            system = extrusion_system(
-                place / "friction.fmu", packed, _speed(plan.process, values), strokes[name], name
-            )
+            speed = float(plan.forming(level).speed)
+            system = extrusion_system(place / "friction.fmu", packed, speed, strokes[name], name)
             # Not every friction FMU has it; it is recorded where a model is swapped in that does.
             system.record = [label for label in system.record or [] if not label.startswith("friction.")]
             try:
@@ -191,9 +165,3 @@ def _share(progress: Progress | None, number: int, levels: int, name: str) -> Pr
         progress(number * total + done, levels * total, f"{name}: {what}")
 
     return tick
-
-
-def _speed(process: str, values: Mapping[str, Any]) -> float:
-    from forming.processes.names import PROCESSES
-
-    return float(PROCESSES[process](**values).speed)

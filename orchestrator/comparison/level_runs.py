@@ -6,7 +6,7 @@ import inspect
 import math
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
@@ -16,14 +16,13 @@ from friction_models.common import InputError, unknown_name
 from friction_models.loads import FloatArray
 
 from ..force_curves.forces import ForceCurve
+from ..jobs.job import Files, Inputs, Job, Needs
 from .study_folder import RUN as RUN
 
 if TYPE_CHECKING:
     from forming.press import PressLevel
 
     from ..cosim.run_folders import Run
-    from ..jobs.campaign import Job
-    from ..jobs.job import Files, Inputs, Needs
 
 #: Start values of a friction FMU, such as ``clamp_to_domain``.
 StartValues = Mapping[str, bool | int | float | str]
@@ -32,17 +31,13 @@ SECONDS_A_MM = {"fre": 0.25, "bce": 0.25}
 
 
 class LevelNumbers(TypedDict):
-    """What is kept of a run: stroke [mm], force [kN], work [J], highest friction over shear yield stress by step.
+    """What is kept of a run, step by step."""
 
-    `outside`: share of the contact outside the trained domain and the median distance there, None for a friction FMU
-    that does not say.
-    """
-
-    stroke: list[float]
-    force: list[float]
-    work: list[float]
-    tau_over_k: list[float]
-    outside: dict[str, float] | None
+    stroke: list[float]  # [mm]
+    force: list[float]  # [kN]
+    work: list[float]  # [J]
+    tau_over_k: list[float]  # highest friction stress over shear yield stress
+    outside: dict[str, float] | None  # `outside_domain`, None for a friction FMU that does not say
     steps: int
     timing: dict[str, float]
 
@@ -51,9 +46,6 @@ class LevelNumbers(TypedDict):
 class Level:
     """A factor level of the press, as a forming run needs it.
 
-    `process` is ``"fre"`` or ``"bce"``; tool temperature [degC], punch speed [mm/s], punch travel [mm]; `parameters`:
-    others of the process.
-
     Examples
     --------
     >>> level = Level("fre", T_tool=20.0, speed=50.0, stroke=10.0)
@@ -61,22 +53,17 @@ class Level:
     ('fre_50mms_20C', 20.0)
     """
 
-    process: str
-    T_tool: float
-    speed: float
-    stroke: float
-    parameters: Mapping[str, float | str] = field(default_factory=dict)
+    process: str  # "fre" or "bce"
+    T_tool: float  # [degC]
+    speed: float  # of the punch [mm/s]
+    stroke: float  # of the punch [mm]
+    parameters: Mapping[str, float | str] = field(default_factory=dict)  # others of the process
 
     @classmethod
     def of(cls, level: PressLevel, info: Mapping[str, object], stroke: float, step: float) -> Level:
         """Return the level of press curves, with a stroke that record and process allow, in whole steps [mm].
 
         `info` is that of the press curves: ``process`` and ``T_billet_degC`` say what differs from the default.
-
-        Raises
-        ------
-        InputError
-            An unknown parameter of the process, or a value that it refuses.
         """
         recorded = max(1, round(float(level.curves["stroke"].max()) / step)) * step
         values = info.get("process", {})
@@ -90,7 +77,7 @@ class Level:
             farthest = whole.farthest(step)
         except InputError as error:
             raise InputError(f"press level {level.file}: {error}") from None
-        return cls(level.process, level.T_tool, level.speed, min(stroke, recorded, farthest), values)
+        return replace(whole, stroke=min(stroke, recorded, farthest))
 
     @property
     def name(self) -> str:
@@ -107,13 +94,7 @@ class Level:
         return math.floor(float(self.forming().max_stroke) / step + 1e-6) * step
 
     def forming(self) -> Any:
-        """Return the forming process with these parameters.
-
-        Raises
-        ------
-        InputError
-            A parameter that it does not have, or a value that it refuses.
-        """
+        """Return the forming process with these parameters, each of which it must have."""
         from forming.processes.names import PROCESSES
 
         solver: Any = PROCESSES[self.process]
@@ -140,20 +121,12 @@ def level_job(
 ) -> Job:
     """Return the job that forms a level.
 
-    Parameters
-    ----------
-    friction : Path or str
-        Friction FMU, or the name of the job that made it (its value ``fmu`` is the file in its folder).
-    mode, step, tolerance
-        How the FMUs are coupled, the stroke between two exchanges [mm], and the tolerance of the mode ``iterated``.
-    names : mapping, optional
-        Variables of the friction FMU, where they have other names than the loads: `FrictionNames.to_dict`.
-    keep : {"summary", "run"}
-        ``"run"`` keeps the run folder as ``run`` in the folder of the result.
-    synthetic : bool
-        Whether the friction model comes from a virtual laboratory.
-    label : str
-        Friction model as the run names it; decides nothing else, and by that is left out where only a summary is kept.
+    `friction` is a friction FMU, or the name of the job that made it (its value ``fmu`` is the file in its folder);
+    `names` are its variables, where they have other names than the loads: `FrictionNames.to_dict`. The FMUs are coupled
+    in a `mode` (that of `tolerance` is ``iterated``), a `step` [mm] is the stroke between two exchanges.
+
+    With `keep` ``"run"`` the run folder stays as ``run`` in the folder of the result. Such a run says whether its friction
+    model comes from a virtual laboratory (`synthetic`), and names it by its `label`, which decides nothing else.
 
     Examples
     --------
@@ -162,7 +135,6 @@ def level_job(
     ('run_level', 'gauss_seidel')
     """
     from ..cosim.ready_made import STEP
-    from ..jobs.campaign import Job
 
     inputs = level_inputs(level, mode, STEP if step is None else step, start) | {"keep": keep}
     if tolerance is not None:
@@ -211,13 +183,7 @@ def forming_file(inputs: Inputs, folder: Path) -> Path:
 
 
 def simulate_level(inputs: Inputs, friction: Path, folder: Path) -> Run:
-    """Form the level of `inputs` (see `level_job`) into a run folder, with the forming FMU beside it; return the run.
-
-    Raises
-    ------
-    InputError, SimulationError
-        A set-up that does not hold, a component that fails.
-    """
+    """Form the level of `inputs` (see `level_job`) into a run folder, with the forming FMU beside it; return the run."""
     from fmus import pack_forming
     from fmus.runtime.fmu_files import describe
     from fmus.runtime.friction_names import FrictionNames

@@ -23,9 +23,6 @@ QUANTITIES = {"max_force": "maximum force", "work": "forming work"}
 class ForcesComparison:
     """Models on press curves.
 
-    `results` are one a model; `orders` those by the MARE of the maximum force and of the work; `names` and
-    `lubricants` are those of the levels; `failed` are runs without a result, whose models are not compared.
-
     Examples
     --------
     Two friction models on two levels; the press gave 100 kN at both:
@@ -40,12 +37,12 @@ class ForcesComparison:
     ['b', 'a']
     """
 
-    results: Sequence[LevelsComparison]
-    orders: dict[str, Order]
-    names: Sequence[str]
+    results: Sequence[LevelsComparison]  # one a model
+    orders: dict[str, Order]  # by the MARE of each of `QUANTITIES`
+    names: Sequence[str]  # of the levels
     synthetic: bool = False
-    failed: Sequence[FailedRun] = ()
-    lubricants: Sequence[str] = ()
+    failed: Sequence[FailedRun] = ()  # runs without a result, whose models are not compared
+    lubricants: Sequence[str] = ()  # of the levels
 
     @classmethod
     def of(

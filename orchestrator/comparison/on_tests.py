@@ -36,25 +36,19 @@ class Predictor(Protocol):
 
 
 class Pair(TypedDict):
-    """Two models: how much larger the error of the worse one is, and whether they can be told apart.
-
-    `probability` is that of the better one being better indeed.
-    """
+    """Two models."""
 
     better: str
     worse: str
-    difference: float
-    interval: list[float]
-    probability: float
-    apart: bool
+    difference: float  # by which the error of the worse one is larger
+    interval: list[float]  # of the difference, 95 %
+    probability: float  # that the better one is better indeed
+    apart: bool  # whether they can be told apart
 
 
 @dataclass(frozen=True)
 class Order:
     """How sure the order of models is, from resampling whole tests (or press levels) for all models alike.
-
-    `names` come best first; `best` is the probability of being the best of all, `ranks` the 95 % interval of the
-    place (1 is the best), `units` the number of tests or levels.
 
     Examples
     --------
@@ -65,11 +59,11 @@ class Order:
     (['a', 'b'], 0.833, [('a', 'b')])
     """
 
-    names: list[str]
-    best: dict[str, float]
-    ranks: dict[str, tuple[int, int]]
+    names: list[str]  # best first
+    best: dict[str, float]  # probability of being the best of all
+    ranks: dict[str, tuple[int, int]]  # 95 % interval of the place, 1 is the best
     pairs: list[Pair]
-    units: int
+    units: int  # number of tests or levels
 
     @classmethod
     def of(
@@ -167,34 +161,19 @@ class Order:
 
 @dataclass(frozen=True)
 class TestsComparison:
-    """Models on tribometer tests.
-
-    Attributes
-    ----------
-    result : Comparison
-        Errors with their intervals.
-    order : Order
-        By RMSE.
-    outside : dict of str to (float or None)
-        Share of the points outside the trained domain; None for a model that does not say.
-    loads, mu
-        The points, and measured friction at them.
-    predicted : dict of str to ndarray
-        By model; loads outside a model's trained domain were moved to its border, as its FMU does by default, but for
-        models with memory.
-    models : mapping
-        The models themselves, for response curves.
-    """
+    """Models on tribometer tests."""
 
     __test__ = False  # not a test, whatever pytest thinks of its name
 
-    result: Comparison
-    order: Order
-    outside: dict[str, float | None]
-    loads: TriboLoads = field(repr=False)
-    mu: FloatArray = field(repr=False)
+    result: Comparison  # errors with their intervals
+    order: Order  # by RMSE
+    outside: dict[str, float | None]  # share of the points outside the trained domain; None: not known
+    loads: TriboLoads = field(repr=False)  # at the points
+    mu: FloatArray = field(repr=False)  # measured at the points
+    #: By model; loads outside a model's trained domain were moved to its border, as its FMU does by default, but for
+    #: models with memory.
     predicted: dict[str, FloatArray] = field(repr=False)
-    models: Mapping[str, Predictor] = field(repr=False)
+    models: Mapping[str, Predictor] = field(repr=False)  # for response curves
     synthetic: bool = False
 
     def to_dict(self) -> dict[str, object]:
@@ -285,19 +264,7 @@ class _Kept:
 
 
 def compare_on_tests(models: Mapping[str, Predictor], data: DataSet, seed: int = 0) -> TestsComparison:
-    """Compare models on the held-out tests of a data set, or on all where none is held out.
-
-    Parameters
-    ----------
-    models : mapping of str to Predictor
-    data : DataSet
-    seed : int
-        Of the resampling.
-
-    Raises
-    ------
-    InputError
-        What `friction_models.discovery.compare` refuses, or an FMU that refuses a value.
+    """Compare models on the held-out tests of a data set, or on all where none is held out; `seed` is that of the resampling.
 
     Examples
     --------
@@ -346,15 +313,8 @@ def resampled_errors(
     """Return the mean absolute relative error of each model in resampled sets of press levels.
 
     Levels are drawn with replacement, and the measured mean of each is drawn from its own uncertainty, the
-    standard deviation of the repeats over the root of their number; all models in the same sets.
-
-    Parameters
-    ----------
-    simulated : sequence of ndarray, shape (levels,)
-        One a model.
-    measured, deviation : ndarray, shape (levels,)
-        Mean of the repeats and standard deviation of that mean.
-    rng : numpy.random.Generator
+    standard deviation of the repeats over the root of their number; all models in the same sets. All arrays have the
+    shape (levels,): `simulated` one a model, `measured` the mean of the repeats, `deviation` that of this mean.
 
     Examples
     --------

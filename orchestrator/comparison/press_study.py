@@ -55,13 +55,7 @@ class PressResults:
     runs: int
 
     def check(self, kept: Path | None) -> None:
-        """Raise when a run failed; `kept` is the folder of the runs, where there is one.
-
-        Raises
-        ------
-        SimulationError
-            Names the first failures.
-        """
+        """Raise an error that names the first failures, if any; `kept` is the folder of the runs, where there is one."""
         if not self.failed:
             return
         shown = "; ".join(f"{f.model} at {f.level}: {f.error[:300]}" for f in self.failed[:3])
@@ -82,13 +76,7 @@ class PressStudy:
 
     @classmethod
     def open(cls, folder: Path) -> PressStudy:
-        """Read the press curves.
-
-        Raises
-        ------
-        InputError
-            What the reader refuses.
-        """
+        """Read the press curves."""
         from forming.press import PressCurves
 
         return cls(folder, PressCurves.read(folder))
@@ -108,24 +96,9 @@ class PressStudy:
     ) -> PressResults:
         """Run every model on every level and compare the forces; a run that fails does not stop the others.
 
-        Parameters
-        ----------
-        models : mapping of str to str
-            Label and model folder, ``.fmu`` or ``.onnx`` file, or a number for constant mu.
-        runs : Path, optional
-            Where FMUs and runs are kept, with ``runs.json`` that says which is which; runs of the same content
-            are taken from there. A temporary folder by default.
-        jobs : int, optional
-            Processes; all cores by default.
-        progress : callable, optional
-            Called with (done, total, what).
-        names : mapping, optional
-            By label, the variables of FMUs that call the loads otherwise (`FrictionNames.to_dict`).
-
-        Raises
-        ------
-        InputError
-            A model that cannot be packed or read.
+        `models` are by label what `friction_fmu` takes; `names`, by label, the variables of FMUs that call the loads
+        otherwise (`FrictionNames.to_dict`). FMUs and runs are kept in the folder `runs` (a temporary one by default),
+        where ``runs.json`` says which is which; runs of the same content are taken from there.
         """
         with study_folder(runs) as place:
             frictions = {

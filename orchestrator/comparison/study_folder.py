@@ -20,13 +20,7 @@ RUN = "run"
 
 @contextmanager
 def study_folder(given: Path | None) -> Iterator[Path]:
-    """Yield the folder that the user names, or a temporary one that goes with the block.
-
-    Raises
-    ------
-    InputError
-        The folder holds something else than a study.
-    """
+    """Yield the folder of a study that the user names, or a temporary one that goes with the block."""
     place = given if given is not None else Path(tempfile.mkdtemp(prefix="tribofmu-study-"))
     try:
         yield grown(place, STUDY)

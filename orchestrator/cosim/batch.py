@@ -6,7 +6,6 @@ This is for systems whose run folders the user names and looks at. Studies, whos
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from pathlib import Path
 
 from friction_models.common import check_folder
 from friction_models.common.cached_results import is_kept, keep, path_digest
+from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.processes.pool import map_unordered
 
@@ -27,18 +27,13 @@ from .system import System
 
 @dataclass(frozen=True)
 class RunTask:
-    """A system to run into a folder.
-
-    Attributes
-    ----------
-    key : str
-        Of a run in a cache (`cached_task`): the hash of all that decides it. Such a run is kept with a checksum; a
-        folder in its place that does not fit is replaced, whatever is in it.
-    """
+    """A system to run into a folder."""
 
     system: System
     folder: Path
     mode: str = "gauss_seidel"
+    #: Of a run in a cache (`cached_task`): the hash of all that decides it. Such a run is kept with a checksum; a folder
+    #: in its place that does not fit is replaced, whatever is in it.
     key: str = ""
 
 
@@ -57,11 +52,7 @@ def run_all(tasks: Sequence[RunTask], jobs: int | None = None, progress: Progres
 
     A folder that already holds a complete run of the same system, with the same FMUs, start values,
     steps, versions and sources (an FMU of a process runs the solver that is installed), is not computed again.
-
-    Raises
-    ------
-    InputError, SimulationError
-        From the first task that fails; the finished ones stay. A folder that holds something else than a run.
+    The first task that fails ends it; the finished ones stay.
     """
     tick = progress or (lambda done, total, name: None)
     waiting = [task for task in tasks if not _same_run(task)]
@@ -93,14 +84,13 @@ def _same_run(task: RunTask) -> bool:
     """Whether the folder holds a finished run of the same thing: by its key in a cache, else by its manifest."""
     if task.key:
         return is_kept(task.folder, task.key)
-    if not (task.folder / "manifest.json").is_file() or not (task.folder / "results.nc").is_file():
-        return False
+    system = task.system
     try:
-        manifest = json.loads((task.folder / "manifest.json").read_text(encoding="utf-8"))
+        manifest = read_json(task.folder / "manifest.json")
         parts = manifest["components"]
-        system = task.system
         return bool(
-            manifest["status"] == "ok"
+            (task.folder / "results.nc").is_file()
+            and manifest["status"] == "ok"
             and manifest["mode"] == task.mode
             and manifest["steps"] == system.steps
             and manifest["communication_step"] == system.communication_step

@@ -46,17 +46,15 @@ class Transfer:
 
 @dataclass
 class Components:
-    """Instances and ports of a system by component, in the order of evaluation, and the transfers between them.
-
-    `inputs` and `outputs` are what is connected or recorded of each component, `incoming` the transfers by target,
-    `without_pressure` the components that get other loads at points without contact.
-    """
+    """Instances and ports of a system by component, and the transfers between them."""
 
     instances: Mapping[str, AnyInstance]
-    order: Sequence[str]
+    order: Sequence[str]  # of evaluation
+    #: What is connected or recorded of each component.
     inputs: dict[str, Port] = field(default_factory=dict)
     outputs: dict[str, Port] = field(default_factory=dict)
-    incoming: dict[str, list[Transfer]] = field(default_factory=dict)
+    incoming: dict[str, list[Transfer]] = field(default_factory=dict)  # by target
+    #: Components that get other loads at points without contact.
     without_pressure: dict[str, PointsWithoutPressure] = field(default_factory=dict)
 
     @classmethod
@@ -111,13 +109,7 @@ class Components:
             transfer.apply(self.inputs, self.outputs)
 
     def step(self, name: str, now: float, size: float) -> None:
-        """Let a component make a step.
-
-        Raises
-        ------
-        SimulationError
-            It fails, or gives out a value that is no number.
-        """
+        """Let a component make a step, and check what it gives out."""
         self.instances[name].step(self.inputs[name], self.outputs[name], now, size)
         if np.isnan(self.outputs[name].values).any():
             self.check_numbers(name, now + size)

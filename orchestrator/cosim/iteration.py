@@ -31,29 +31,14 @@ class FixedPointIteration:
     """Compares the values of all connections from one repetition of a step to the next.
 
     A step has converged when the values of every connection agree, as far as the components themselves resolve them.
-
-    Attributes
-    ----------
-    links : sequence of Link
-        The connections.
-    outputs : mapping of str to Port
-        Their values, by component.
-    tolerance : float
-        Relative change that counts as agreement.
-    repetitions : int
-        Made so far.
-    change : float
-        Largest relative change of any connection in the last repetition.
-    where : str
-        That connection.
     """
 
-    links: Sequence[Link]
-    outputs: Mapping[str, Port]
-    tolerance: float = TOLERANCE
-    repetitions: int = 0
-    change: float = float("inf")
-    where: str = ""
+    links: Sequence[Link]  # the connections
+    outputs: Mapping[str, Port]  # their values, by component
+    tolerance: float = TOLERANCE  # relative change that counts as agreement
+    repetitions: int = 0  # made so far
+    change: float = float("inf")  # the largest relative one of any connection in the last repetition
+    where: str = ""  # that connection
     _rows: list[tuple[str, str, npt.NDArray[np.intp]]] = field(default_factory=list)
     _previous: list[FloatArray] = field(default_factory=list)
     _passed: list[FloatArray] = field(default_factory=list)

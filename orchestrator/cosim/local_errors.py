@@ -25,13 +25,7 @@ FILE = "local_errors.nc"
 
 
 def forming_with_elements(master: Master) -> tuple[str, float]:
-    """Return the component that computes the loads and has elements, and their size [mm].
-
-    Raises
-    ------
-    InputError
-        No such component, or more than one; the run does not record its loads.
-    """
+    """Return the component that computes the loads and has elements, and their size [mm]: one, whose loads are recorded."""
     recorded = {item.label for item in master.wiring.recorded}
     found = [
         (name, float(size.start))
@@ -91,12 +85,12 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
 
 
 class StatedError(NamedTuple):
-    """Of one load over the points in contact: its median, the median of its stated error, and below which 9 of 10 are."""
+    """The stated error of one load over the points in contact."""
 
     load: str
-    middle: float
-    usual: float
-    high: float
+    middle: float  # median of the load
+    usual: float  # median of the error
+    high: float  # below which 9 of 10 errors are
 
 
 def stated_errors(run: Run) -> list[StatedError]:

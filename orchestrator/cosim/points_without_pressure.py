@@ -26,13 +26,10 @@ _Rows = npt.NDArray[np.intp]
 
 @dataclass
 class PointsWithoutPressure:
-    """Finds the points of a friction component that carry no pressure, and replaces their loads.
+    """Finds the points of a friction component that carry no pressure, and replaces their loads."""
 
-    `source` computes the contact, `rows`, shape (points,), are the places of the pressure among its outputs.
-    """
-
-    source: str
-    rows: _Rows = field(repr=False)
+    source: str  # the component that computes the contact
+    rows: _Rows = field(repr=False)  # places of the pressure among its outputs, shape (points,)
 
     @classmethod
     def of(

@@ -5,7 +5,6 @@ FMI has no variables for fields. A forming FMU writes them to files when environ
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
@@ -15,6 +14,7 @@ from pathlib import Path
 from fmus.runtime.errors import SimulationError
 from forming.results.field_recorder import FIELDS_EVERY, FIELDS_FOLDER, checked_spacing
 from forming.results.fields import FieldHistory
+from friction_models.common.processes.child_processes import environment
 
 from .master import Master
 from .run_folders import Run
@@ -22,25 +22,13 @@ from .run_folders import Run
 
 @contextmanager
 def asked_for_fields(every: float) -> Iterator[Path]:
-    """Let forming FMUs that start in this block write their fields, a snapshot `every` mm of stroke; yield the folder.
-
-    Raises
-    ------
-    InputError
-        Not between 0.01 and 100 mm.
-    """
+    """Let forming FMUs that start in this block write their fields, a snapshot `every` mm of stroke; yield the folder."""
     checked_spacing(every, f"fields every {every:g} mm of stroke")
-    before = {name: os.environ.get(name) for name in (FIELDS_FOLDER, FIELDS_EVERY)}
     folder = Path(tempfile.mkdtemp(prefix="tribofmu-fields-"))
-    os.environ[FIELDS_FOLDER], os.environ[FIELDS_EVERY] = str(folder), repr(float(every))
     try:
-        yield folder
+        with environment(**{FIELDS_FOLDER: str(folder), FIELDS_EVERY: repr(float(every))}):
+            yield folder
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
         shutil.rmtree(folder, ignore_errors=True)
 
 

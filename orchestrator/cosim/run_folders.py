@@ -20,6 +20,7 @@ from friction_models.common.netcdf_files import open_dataset, write_dataset
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
+from ..force_curves.forces import ForceComparison, ForceCurve, compare_force, read_press_curve
 from ..jobs.keys import running_code
 from ..jobs.versions import versions
 from .setup.description import SystemDescription
@@ -28,16 +29,9 @@ from .setup.wiring import Wiring
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..force_curves.forces import ForceComparison, ForceCurve
-
 
 def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
     """Return which recorded values are stroke and force of one component.
-
-    Raises
-    ------
-    InputError
-        No component recorded both.
 
     Examples
     --------
@@ -58,23 +52,17 @@ class Course:
     """How the components of a run were coupled, and what happened in it beside its results."""
 
     mode: str
-    #: Mode ``iterated``: relative change that counts as agreement.
-    tolerance: float
-    #: Components that run in a process of their own.
-    isolated: Collection[str]
-    #: Sentences about open inputs and algebraic loops.
-    warnings: Sequence[str]
-    #: Messages of the FMUs.
-    log: list[str] = field(default_factory=list)
-    #: Mode ``iterated``: repetitions of each step, and largest relative change of a connection in the last one.
-    iterations: list[int] = field(default_factory=list)
-    changes: list[float] = field(default_factory=list)
-    #: Why the run ended before its stop time although nothing failed; what stopped it otherwise.
-    ending: str = ""
-    stopped: BaseException | None = None
-    #: Wall time by component, and of ``master``, ``setup`` and ``total`` [s]; that of the stepping loop alone.
+    tolerance: float  # mode ``iterated``: relative change that counts as agreement
+    isolated: Collection[str]  # components that run in a process of their own
+    warnings: Sequence[str]  # about open inputs, algebraic loops and friction that lags
+    log: list[str] = field(default_factory=list)  # messages of the FMUs
+    iterations: list[int] = field(default_factory=list)  # mode ``iterated``: repetitions of each step
+    changes: list[float] = field(default_factory=list)  # largest relative one of a connection in the last
+    ending: str = ""  # why the run ended before its stop time although nothing failed
+    stopped: BaseException | None = None  # what stopped it otherwise
+    #: Wall time by component, and of ``master``, ``setup`` and ``total`` [s].
     timing: dict[str, float] = field(default_factory=dict)
-    loop_seconds: float = 0.0
+    loop_seconds: float = 0.0  # of the stepping alone
 
 
 @dataclass
@@ -184,8 +172,6 @@ class Run(Drawn):
         InputError
             No component recorded ``stroke`` and ``force``.
         """
-        from ..force_curves.forces import ForceCurve
-
         stroke, force = force_labels(self.values, str(self.folder))
         return ForceCurve(self.values[stroke], self.values[force])
 
@@ -202,8 +188,6 @@ class Run(Drawn):
 
     def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
         """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
-        from ..force_curves.forces import compare_force, read_press_curve
-
         return compare_force(self.force_curve(), read_press_curve(press), label=self.name)
 
     def to_frame(self) -> pd.DataFrame:

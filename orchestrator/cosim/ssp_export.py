@@ -23,21 +23,9 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
     A scalar friction FMU that runs once a contact point becomes one component a point (``friction_1`` ...),
     and so does a friction FMU of FMI 3.0, as SSP 1.0 has no arrays; all of them refer to one resource.
 
-    Parameters
-    ----------
-    system : SystemDescription
-        What to write; swap FMUs before.
-    path : path-like
-        The archive (``.ssp``).
-    boundary : bool
-        Make what the run records outputs of the system (``forming_force``), and what has a start value and no
-        connection inputs of it (``friction_T``), which start there, too. Tools that turn an SSP into one FMU need
-        that; libcosim and ecos refuse connections to the system itself.
-
-    Raises
-    ------
-    InputError
-        A set-up that does not hold (all problems at once), or arrays that SSP 1.0 cannot express.
+    With `boundary` what the run records become outputs of the system (``forming_force``), and what has a start value and
+    no connection becomes an input of it (``friction_T``), which starts there, too. Tools that turn an SSP into one FMU
+    need that; libcosim and ecos refuse connections to the system itself.
 
     Examples
     --------
@@ -76,7 +64,7 @@ def export_ssp(system: SystemDescription, path: str | os.PathLike[str], boundary
     structure = Structure(
         system.name,
         [c for name in system.components for c in _components(wiring, name)],
-        [(source, a, target, b) for source, a, target, b in links],
+        links,
         stop=system.stop_time,
         step=system.communication_step,
     )

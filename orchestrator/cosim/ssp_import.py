@@ -21,11 +21,6 @@ def read_system(path: str | os.PathLike[str]) -> tuple[TemporaryFolder, dict[str
     Connections to the system's own connectors are left out: there is nothing outside. Inputs that nothing
     feeds keep the start value of the system's input, if it has one, else that of their FMU. The communication step
     comes from the annotations of this project, of libcosim or of OMSimulator, else from the default experiments of the FMUs.
-
-    Raises
-    ------
-    InputError
-        What `read_ssp` refuses, a broken FMU, or no step and stop time anywhere.
     """
     file = Path(path)
     structure = read_ssp(file)

@@ -10,6 +10,7 @@ from typing import TypedDict
 import fmus
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.friction_names import FrictionNames
+from friction_models import ConstantFriction
 from friction_models.cards import is_card
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU
@@ -43,21 +44,10 @@ def swap_model(
 ) -> System:
     """Return a copy of a system in which a component runs another model; nothing else changes.
 
-    Parameters
-    ----------
-    component : str
-        Its name; one that takes loads and gives mu may get any friction model, any other one another FMU.
-    model : path-like
-        An FMU, a model folder, an ONNX file, a card (``card:NAME``), or a number for constant mu; all but FMUs are packed.
-    names : FrictionNames, optional
-        What the variables of a friction FMU that others made are called; the connections are made to fit.
-    packed : Path, optional
-        Where to write an FMU that is packed; by default a temporary folder, from which runs and archives get copies.
-
-    Raises
-    ------
-    InputError
-        No such component, a model that cannot be packed, variables that do not fit.
+    A component that takes loads and gives mu may get any friction model: an FMU, a model folder, an ONNX file, a card
+    (``card:NAME``), or a number for constant mu; any other one another FMU. Connections are made to fit the variables of
+    an FMU that others made, which `names` names. What is no FMU is written to `packed`; by default into a temporary
+    folder, from which runs and archives get copies.
     """
     other = system.swap(component, model)  # a name that is wrong is said before anything is packed
     text = os.fspath(model)
@@ -65,7 +55,8 @@ def swap_model(
         if packed is None:
             folder = other.temporary or TemporaryFolder()
             other.kept_with(folder)
-            packed = folder.folder / f"{component}-{_plain(Path(text).name)}.fmu"
+            plain = re.sub(r"[^\w.-]", "_", Path(text).name)[:60]
+            packed = folder.folder / f"{component}-{plain}.fmu"
         other = system.swap(component, friction_fmu(text, packed)).kept_with(other.temporary)
     if not takes_loads(system, component):
         return other
@@ -94,8 +85,6 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
         constant = float(model)
     except ValueError:
         return fmus.pack(Path(model), target, **size)
-    from friction_models import ConstantFriction
-
     return fmus.pack(ConstantFriction(constant), target, **size)
 
 
@@ -109,8 +98,8 @@ def takes_loads(system: System, component: str) -> bool:
     ...     "components": {"law": {"fmu": "law.fmu"}, "forming": {"fmu": "fre.fmu"}},
     ...     "connections": ["forming.sigma_n -> law.sigma_n", "law.mu -> forming.mu"],
     ... })
-    >>> takes_loads(system, "law"), takes_loads(system, "forming")
-    (True, False)
+    >>> takes_loads(system, "law"), takes_loads(system, "forming"), friction_component(system)
+    (True, False, 'law')
     """
     loads, mu = False, False
     for left, right, _ in filter(None, map(_ends, system.connections)):
@@ -120,23 +109,7 @@ def takes_loads(system: System, component: str) -> bool:
 
 
 def friction_component(system: System) -> str:
-    """Return the component that is a friction model.
-
-    Raises
-    ------
-    InputError
-        There is none, or several of which none is called ``friction``.
-
-    Examples
-    --------
-    >>> system = System.from_dict({
-    ...     "communication_step": 0.01, "stop_time": 0.5,
-    ...     "components": {"law": {"fmu": "law.fmu"}, "forming": {"fmu": "fre.fmu"}},
-    ...     "connections": ["forming.sigma_n -> law.sigma_n", "law.mu -> forming.mu"],
-    ... })
-    >>> friction_component(system)
-    'law'
-    """
+    """Return the component that is a friction model: the only one, or the one called ``friction``."""
     found = [name for name in system.components if takes_loads(system, name)]
     if "friction" in found or len(found) == 1:
         return "friction" if "friction" in found else found[0]
@@ -236,7 +209,3 @@ def _base(name: str) -> str:
 
 def _index(name: str) -> str:
     return name[len(_base(name)) :]
-
-
-def _plain(name: str) -> str:
-    return re.sub(r"[^\w.-]", "_", name)[:60]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
+from fmus.interface.quantities import load_conversion
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, missing_column
 from friction_models.loads.contract import QUANTITIES
@@ -35,17 +36,6 @@ _UNIT_NAMES = {"-": "1", "": "", "mm^2": "mm2", "mm²": "mm2", "cm²": "cm2", "m
 class ContactHistory:
     """Contact states of a forming process, each with how much it counts.
 
-    Attributes
-    ----------
-    loads : ndarray, shape (n, 5)
-        In the order and units of the contract; NaN in a column that the source does not hold.
-    area, work : ndarray, shape (n,)
-        Share of contact area and time, and of the friction work, of each state; each sums to 1.
-    synthetic : bool
-        Whether the source says of itself that synthetic data are involved.
-    notes : tuple of str
-        What was assumed.
-
     Examples
     --------
     Two contact states of equal area; the second slides twice as fast, so that it does twice the work:
@@ -60,12 +50,12 @@ class ContactHistory:
     (('v_rel', 'sigma_n'), array([0.5, 0.5]), array([0.33333333, 0.66666667]))
     """
 
-    loads: FloatArray
-    area: FloatArray
-    work: FloatArray
+    loads: FloatArray  # shape (n, 5), as in the contract; NaN in a column that the source does not hold
+    area: FloatArray  # shape (n,), share of contact area and time of each state
+    work: FloatArray  # shape (n,), share of the friction work of each state
     source: str
-    synthetic: bool = False
-    notes: tuple[str, ...] = field(default=())
+    synthetic: bool = False  # whether the source says of itself that synthetic data are involved
+    notes: tuple[str, ...] = ()  # what was assumed
 
     @property
     def present(self) -> tuple[str, ...]:
@@ -77,11 +67,6 @@ class ContactHistory:
         """Return the contact states of a co-simulation run.
 
         Markers count alike in the undeformed billet, hence by their surface expansion in the contact.
-
-        Raises
-        ------
-        InputError
-            No component of the run recorded all five loads of several points, or nothing ever touched.
         """
         names = LOAD_NAMES
         components = [label.rpartition(".")[0] for label in run.values if label.endswith(f".{names[0]}")]
@@ -112,19 +97,10 @@ class ContactHistory:
     def read(cls, path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> ContactHistory:
         """Read a contact history that another code exported: one row a contact point and time.
 
-        Parameters
-        ----------
-        path : path-like
-            CSV (comma, semicolon or tab; units in the header or in a row below it).
-        columns : mapping, optional
-            ``{"sigma_n": "Contact pressure"}`` or with a unit ``"Contact pressure [GPa]"``: the column of
-            each load, of ``mu``, of ``area``, of ``t`` and of ``point`` (number of the contact point);
-            columns that are called like these need no entry.
-
-        Raises
-        ------
-        InputError
-            No such column or unit, no load at all, values outside their physical limits, nothing in contact.
+        The file is CSV (comma, semicolon or tab; units in the header or in a row below it). `columns` is
+        ``{"sigma_n": "Contact pressure"}``, or with a unit ``"Contact pressure [GPa]"``: the column of each load, of
+        ``mu``, of ``area``, of ``t`` and of ``point`` (number of the contact point); columns that are called like these
+        need no entry.
         """
         from sct_twin.readers import read_csv
 
@@ -208,8 +184,6 @@ def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArra
         return numbers
     quantity = QUANTITIES[name]
     if unit and unit != quantity.unit:
-        from fmus.interface.quantities import load_conversion
-
         if name == MU.name:
             raise unknown_name("unit of 'mu'", unit, ["1"], where)
         factor, offset = load_conversion(name, unit, where)  # contract -> unit

@@ -32,10 +32,7 @@ MOST_CANDIDATES = 400
 
 @dataclass(frozen=True)
 class Rig:
-    """What a tribometer can be set to.
-
-    Least and largest pressure [MPa], speed [mm/s] and tool temperature [degC]; shortest and longest sliding distance
-    [mm]; nominal expansions (specimen shapes) there are, those of the tests by default.
+    """What a tribometer can be set to: least and largest values, and shapes.
 
     Examples
     --------
@@ -43,21 +40,15 @@ class Rig:
     (0.5, 800.0)
     """
 
-    sigma_set: tuple[float, float] = (500.0, 2750.0)
-    v_set: tuple[float, float] = (5.0, 500.0)
-    T_tool: tuple[float, float] = (20.0, 300.0)
-    sd_set: tuple[float, float] = (5.0, 60.0)
-    psi_set: tuple[float, ...] = ()
+    sigma_set: tuple[float, float] = (500.0, 2750.0)  # pressure [MPa]
+    v_set: tuple[float, float] = (5.0, 500.0)  # speed [mm/s]
+    T_tool: tuple[float, float] = (20.0, 300.0)  # tool temperature [degC]
+    sd_set: tuple[float, float] = (5.0, 60.0)  # sliding distance [mm]
+    psi_set: tuple[float, ...] = ()  # nominal expansions, so specimen shapes; none: those of the tests
 
     @classmethod
     def read(cls, texts: Iterable[str]) -> Rig:
-        """Build from texts such as ``v_set=0.5:800`` or ``psi_set=1.07,5,20``.
-
-        Raises
-        ------
-        InputError
-            An unknown name, not two increasing positive numbers.
-        """
+        """Build from texts such as ``v_set=0.5:800`` or ``psi_set=1.07,5,20``."""
         values: dict[str, tuple[float, ...]] = {}
         names = ("sigma_set", "v_set", "T_tool", "sd_set", "psi_set")
         for text in texts:
@@ -81,26 +72,14 @@ class Rig:
 
 @dataclass(frozen=True)
 class Response:
-    """How the loads in the contact follow from what is set, learned from the tests.
+    """How the loads in the contact follow from what is set, learned from n tests."""
 
-    Attributes
-    ----------
-    shapes : ndarray, shape (k,)
-        Nominal expansions that were tested.
-    pressure, expansion : ndarray, shape (k, 2)
-        Constant and slope over the set pressure for each of them.
-    heating : Heating
-        How much warmer than the tool the contact gets.
-    speeds, motions : ndarray, shapes (n,) and (n, len(ALONG))
-        Highest speed of each test [mm/s], and the speed along it as a share of that: how much of the start of the plate
-        the tests show.
-    """
-
-    shapes: FloatArray
-    pressure: FloatArray
-    expansion: FloatArray
-    heating: Heating
-    speeds: FloatArray
+    shapes: FloatArray  # nominal expansions that were tested, shape (k,)
+    pressure: FloatArray  # constant and slope over the set pressure for each of them, shape (k, 2)
+    expansion: FloatArray  # the same
+    heating: Heating  # how much warmer than the tool the contact gets
+    speeds: FloatArray  # highest speed of each test, shape (n,) [mm/s]
+    #: Speed along each test as a share of its highest, shape (n, len(ALONG)): how much of the start of the plate it shows.
     motions: FloatArray
 
     @classmethod

@@ -54,10 +54,6 @@ def natural(name: str, values: npt.ArrayLike) -> FloatArray:
 class Region:
     """What was tested of one load or of a pair: the hull of the tested points.
 
-    `low` and `width` are lower limit and range on the natural scale. For a pair, `faces` of shape (f, 3) hold
-    ``a x + b y + c <= 0`` inside, on the scaled range, and `outline` of shape (k, 2) the corners of the hull on the
-    natural scale.
-
     Examples
     --------
     >>> region = Region.of(("T",), np.array([[20.0], [120.0]]))
@@ -66,10 +62,10 @@ class Region:
     """
 
     names: tuple[str, ...]
-    low: FloatArray
-    width: FloatArray
-    faces: FloatArray | None = None
-    outline: FloatArray | None = None
+    low: FloatArray  # lower limit on the natural scale
+    width: FloatArray  # range on the natural scale
+    faces: FloatArray | None = None  # of a pair, shape (f, 3): a x + b y + c <= 0 inside, on the scaled range
+    outline: FloatArray | None = None  # of a pair, shape (k, 2): corners of the hull on the natural scale
 
     @classmethod
     def of(cls, names: tuple[str, ...], tested: FloatArray) -> Region:
@@ -103,18 +99,12 @@ class Region:
 
 @dataclass(frozen=True)
 class Share:
-    """How much of a process lies outside what was tested, for one load or a pair (or all of them).
-
-    Examples
-    --------
-    >>> Share(("T",), area=0.25, work=0.5).to_dict()["work_outside"]
-    0.5
-    """
+    """How much of a process lies outside what was tested, for one load or a pair (or all of them)."""
 
     names: tuple[str, ...]
     area: float
     work: float
-    tested: tuple[tuple[float, float], ...] = ()
+    tested: tuple[tuple[float, float], ...] = ()  # smallest and largest of each load
     asked: tuple[tuple[float, float], ...] = ()
 
     def to_dict(self) -> dict[str, object]:
@@ -149,18 +139,6 @@ class Proposal(TypedDict):
 class Coverage(Drawn):
     """Tested loads against the loads of a process.
 
-    Attributes
-    ----------
-    tested : ndarray, shape (n, 5)
-        Tested points, thinned.
-    loads, pairs : list of Share
-        One for each load that the history holds, and for each pair of them, counted only where both lie inside by
-        themselves.
-    whole : Share
-        Outside by any load or pair.
-    proposals, beyond_rig
-        Tests that would cover more, and what no test of the rig reaches; see `proposals.propose_tests`.
-
     Examples
     --------
     A quarter of the contact area is hotter than anything that was tested:
@@ -170,16 +148,20 @@ class Coverage(Drawn):
     >>> nan = float("nan")
     >>> loads = np.array([[nan, 60.0, nan, nan, nan], [nan, 300.0, nan, nan, nan]])
     >>> history = ContactHistory(loads, np.array([0.75, 0.25]), np.array([0.5, 0.5]), "a made-up process")
-    >>> print(coverage(points, history).sentence)
+    >>> found = coverage(points, history)
+    >>> print(found.sentence)
     25 % of the contact area and 50 % of the friction work lie outside the tested loads, most of it by T.
+    >>> found.loads[0].names, found.loads[0].area, found.loads[0].work
+    (('T',), 0.25, 0.5)
     """
 
     history: ContactHistory
-    tested: FloatArray
-    loads: list[Share]
-    pairs: list[Share]
-    whole: Share
+    tested: FloatArray  # tested points, thinned, shape (n, 5)
+    loads: list[Share]  # one for each load that the history holds
+    pairs: list[Share]  # one for each pair of them, counted only where both lie inside by themselves
+    whole: Share  # outside by any load or pair
     synthetic: bool
+    #: Tests that would cover more, and what no test of the rig reaches; see `proposals.propose_tests`.
     proposals: list[Proposal] = field(default_factory=list)
     beyond_rig: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -250,21 +232,7 @@ class Coverage(Drawn):
 
 
 def coverage(points: pd.DataFrame, history: ContactHistory, synthetic: bool = False) -> Coverage:
-    """Compare the loads of a process with tested points, which may be `synthetic`.
-
-    Examples
-    --------
-    One of two contact states is hotter than anything that was tested:
-
-    >>> points = pd.DataFrame({"test_id": "a", "v_rel": [5.0, 50.0], "T": [20.0, 100.0],
-    ...                        "sigma_n": [500.0, 900.0], "sd": [0.0, 50.0], "psi": [1.0, 10.0]})
-    >>> nan = float("nan")
-    >>> loads = np.array([[nan, 60.0, nan, nan, nan], [nan, 300.0, nan, nan, nan]])
-    >>> history = ContactHistory(loads, np.array([0.75, 0.25]), np.array([0.5, 0.5]), "a made-up process")
-    >>> found = coverage(points, history)
-    >>> found.loads[0].names, found.loads[0].area, found.loads[0].work
-    (('T',), 0.25, 0.5)
-    """
+    """Compare the loads of a process with tested points, which may be `synthetic`."""
     tested = tested_points(points)
     regions = regions_of(tested, history.present)
     outside = {r.names: ~r.contains(natural_columns(history.loads, r.names)) for r in regions}

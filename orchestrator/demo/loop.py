@@ -14,11 +14,14 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
+from friction_models import ConstantFriction, evaluate, load_model, make_model
 from friction_models.common import InputError, grown, write_json
 from friction_models.common.files import read_json
 from friction_models.common.folders import DEMO
 from friction_models.common.imports.extras import need
+from friction_models.discovery import diagnose, refine
 from friction_models.loads import DataSet
+from friction_models.training import train
 
 from ..comparison.level_runs import outside_domain
 from ..cosim.batch import RunTask, run_all
@@ -164,9 +167,6 @@ class Demo:
         SctTwin().run(self.out / "campaign", out=self.out / "data", jobs=self.jobs, progress=tick)
 
     def _train(self, tick: Progress) -> None:
-        from friction_models import make_model
-        from friction_models.training import train
-
         s, data = self.scenario, DataSet.load(self.out / "data")
         for number, (part, family, parameters) in enumerate(
             (("before", s.base, {}), ("other", s.other, s.other_parameters))
@@ -178,9 +178,6 @@ class Demo:
         tick(2, 2, "")
 
     def _diagnose(self, tick: Progress) -> None:
-        from friction_models import load_model
-        from friction_models.discovery import diagnose
-
         data = DataSet.load(self.out / "data").select("train")
         model = load_model(self.out / "models" / "before")
         diagnosis = diagnose(data.points, data.tests, model=model, seed=self.scenario.seed)
@@ -188,9 +185,6 @@ class Demo:
         tick(1, 1, diagnosis.verdict)
 
     def _refine(self, effects: list[str], rounds: int) -> None:
-        from friction_models import evaluate, load_model
-        from friction_models.discovery import refine
-
         data = all_tests(self.out, rounds)
         better = refine(
             data.points, data.tests, model=load_model(self.out / "models" / "before"), add=effects
@@ -201,7 +195,6 @@ class Demo:
 
     def _pack(self, parts: list[str]) -> None:
         from fmus import pack, pack_forming
-        from friction_models import ConstantFriction
 
         folder = self.out / "fmus"
         folder.mkdir(exist_ok=True)
@@ -255,8 +248,6 @@ class Demo:
         rounds: list[SettlingRound],
         predicted: dict[str, PredictionNumbers],
     ) -> DemoSummary:
-        from friction_models import ConstantFriction, evaluate, load_model
-
         s, data = self.scenario, DataSet.load(self.out / "data")
         forces: dict[str, LevelsNumbers] = {}
         held_out: dict[str, dict[str, object]] = {}

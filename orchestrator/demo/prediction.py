@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from friction_models import load_model
 from friction_models.loads import DataSet
 
 from ..cosim.batch import RunTask, run_all
@@ -33,8 +34,6 @@ def predict_held_out(
     `out` is the folder of the demo, `data` the campaign after the twin; `labels` are parts and the names of their
     models.
     """
-    from friction_models import load_model
-
     chosen = example_tests(load_model(out / "models" / "before"), data.select("test"))
     schedules = sorted(held_out_schedules(data, chosen), key=lambda s: chosen.index(s.test_id))
     pairs = [(part, schedule) for part in labels for schedule in schedules]
@@ -60,9 +59,9 @@ def predict_held_out(
     return found
 
 
-def example_tests(model: Any, held_out: DataSet, count: int = COUNT) -> list[str]:
+def example_tests(model: Any, held_out: DataSet) -> list[str]:
     """Return the tests in which a model is best, worst and in between under the measured loads, best first."""
     square = (held_out.points["mu"] - model.predict_frame(held_out.points, held_out.tests)) ** 2
     ranked = square.groupby(held_out.points["test_id"]).mean().sort_values().index
-    places = np.unique(np.linspace(0, len(ranked) - 1, count).round().astype(int))
+    places = np.unique(np.linspace(0, len(ranked) - 1, COUNT).round().astype(int))
     return [str(ranked[k]) for k in places]

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from friction_models.discovery.answer.figures_data import setpoints_text
 
 from ..force_curves.metrics import percent
-
-if TYPE_CHECKING:
-    from ..report.sections.demo_folder import DemoSummary, FrictionEntry
-    from .loop import DemoResult
+from ..report.sections.demo_folder import DemoSummary, FrictionEntry
+from .loop import DemoResult
 
 
 def printed_summary(result: DemoResult) -> str:

@@ -25,37 +25,15 @@ class Level:
 
 @dataclass(frozen=True)
 class Scenario:
-    """Settings of a demo.
+    """Settings of a demo."""
 
-    Attributes
-    ----------
-    hidden : str or None
-        Effect hidden in the laboratory.
-    seed : int
-        Seed of the campaign.
-    plan : str
-        Test plan.
-    base, other : str
-        Families of the model that is diagnosed and of the one beside it.
-    other_parameters : dict
-        Parameters of the other family.
-    constant : float
-        Constant friction, the literature's usual assumption.
-    levels : tuple of Level
-        Press levels.
-    stroke : float
-        Punch travel [mm].
-    repeats : int
-        Strokes of the press a level.
-    """
-
-    hidden: str | None = "stribeck"
-    seed: int = 7
-    plan: str = "reduced-27+10"
-    base: str = "linear"
-    other: str = "ffnn"
+    hidden: str | None = "stribeck"  # effect hidden in the laboratory
+    seed: int = 7  # of the campaign
+    plan: str = "reduced-27+10"  # of the tests
+    base: str = "linear"  # family of the model that is diagnosed
+    other: str = "ffnn"  # family of the one beside it
     other_parameters: dict[str, object] = field(default_factory=dict)
-    constant: float = 0.08
-    levels: tuple[Level, ...] = (Level(20.0, 5.0), Level(20.0, 100.0), Level(100.0, 5.0))
-    stroke: float = 20.0
-    repeats: int = 5
+    constant: float = 0.08  # friction, the literature's usual assumption
+    levels: tuple[Level, ...] = (Level(20.0, 5.0), Level(20.0, 100.0), Level(100.0, 5.0))  # of the press
+    stroke: float = 20.0  # punch travel [mm]
+    repeats: int = 5  # strokes of the press a level

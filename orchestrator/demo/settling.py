@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
+from friction_models import load_model
 from friction_models.common import write_json
 from friction_models.common.files import read_json
+from friction_models.discovery import diagnose
+from friction_models.discovery.answer.changes import changes_text
+from friction_models.discovery.further_tests.joined import join_campaigns
 from friction_models.loads import DataSet
 
 from ..jobs.job import Progress
 from ..report.sections.demo_folder import SettlingRound
-
-if TYPE_CHECKING:
-    pass
 
 #: Folder of the further tests, and what they changed.
 FURTHER, SETTLED = "further", "settled.json"
@@ -26,20 +27,8 @@ ROUNDS = 3
 def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
     """Run what is proposed, the most telling proposal each time, until one name is left; write ``settled.json``.
 
-    Parameters
-    ----------
-    out : Path
-        Folder of the demo, with the first diagnosis.
-    seed : int
-        Of the diagnosis, specimens and noise.
-    jobs : int, optional
-        Processes.
-    tick : callable
-        Progress.
+    `out` is the folder of the demo, with the first diagnosis; `seed` that of the diagnosis, of specimens and noise.
     """
-    from friction_models import load_model
-    from friction_models.discovery import diagnose
-    from friction_models.discovery.answer.changes import changes_text
     from sct_twin import SctTwin
     from sct_twin.virtual_lab import run_protocol
 
@@ -72,8 +61,6 @@ def settle(out: Path, seed: int, jobs: int | None, tick: Progress) -> None:
 
 def all_tests(out: Path, rounds: int) -> DataSet:
     """Return the tests of the demo's campaign and of so many rounds of further ones."""
-    from friction_models.discovery.further_tests.joined import join_campaigns
-
     parts = {"data": DataSet.load(out / "data")}
     parts |= {f"further {k}": DataSet.load(out / FURTHER / f"data-{k}") for k in range(1, rounds + 1)}
     return join_campaigns(parts)[0]

@@ -81,11 +81,6 @@ def _primitive(x: FloatArray, knots: FloatArray, force: FloatArray, area: FloatA
 def read_press_curve(path: str | os.PathLike[str]) -> tuple[ForceCurve, ...]:
     """Read the repeats of a level: a CSV with the columns ``stroke [mm], force [kN], repeat`` (which may be missing).
 
-    Raises
-    ------
-    InputError
-        A column is missing, a unit does not fit, a value is not finite, the stroke runs backwards.
-
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
@@ -226,16 +221,7 @@ def compare_force(
 
 @dataclass(frozen=True)
 class LevelsComparison:
-    """One friction model on all levels of a press campaign.
-
-    Examples
-    --------
-    >>> stroke = np.linspace(0.0, 10.0, 50)
-    >>> press = ForceCurve(stroke, 100.0 + 0 * stroke)
-    >>> levels = tuple(compare_force(ForceCurve(stroke, force + 0 * stroke), press) for force in (110.0, 130.0))
-    >>> round(LevelsComparison("mu = 0.1", levels).max_force.mare, 6)
-    0.2
-    """
+    """One friction model on all levels of a press campaign."""
 
     label: str
     levels: tuple[ForceComparison, ...]

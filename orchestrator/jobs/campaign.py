@@ -6,6 +6,7 @@ import platform
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import replace
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from friction_models.common.processes.pool import process_count
 from .estimate import DryRun, TimeEstimate
 from .executors import Cluster, Executor, ProcessExecutor
 from .job import Failure, Job, Progress
-from .keys import PACKAGES, Stamp, deciding_code, stamp
+from .keys import PACKAGES, deciding_code, stamp
 from .store import JobResult, Store
 from .work import JobCall
 
@@ -32,25 +33,13 @@ class Campaign:
     """Jobs and the folder of their results.
 
     A result lies in ``jobs/<hash>`` of the folder. The hash covers function, inputs, file contents, the hashes of the
-    needed jobs, versions and sources. So a second run computes only what changed, and a killed one continues.
+    needed jobs, versions and sources. So a second run computes only what changed, and a killed one continues. `code` are
+    packages and modules whose sources count besides those that follow from the function of a job (`deciding_code`).
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the study.
-    jobs : iterable of Job
-    code : sequence of str
-        Packages and modules whose sources count besides those that follow from the function of a job (`deciding_code`).
+    `failed` are the jobs of the last `run` without a result, by name; ``failed.json`` in the folder holds them with their
+    inputs.
 
-    Attributes
-    ----------
-    failed : dict of str to Failure
-        Jobs of the last `run` without a result; ``failed.json`` in the folder holds them with their inputs.
-
-    Raises
-    ------
-    InputError
-        Two jobs of one name, an unknown need, needs in a circle, inputs that JSON does not hold.
+    Raises InputError: two jobs of one name, an unknown need, needs in a circle, inputs that JSON does not hold.
 
     Examples
     --------
@@ -69,8 +58,8 @@ class Campaign:
             self.jobs[job.name] = job
         self.code = tuple(code)
         self.failed: dict[str, Failure] = {}
-        self._code: dict[str, tuple[str, ...]] = {}
-        self._stamps: dict[tuple[str, ...], Stamp] = {}
+        # The sources as they are now: they may change before the next campaign.
+        self._deciding_code, self._stamp = cache(deciding_code), cache(stamp)
         self.keys = self._keys(self._sorted())
 
     def run(
@@ -78,20 +67,11 @@ class Campaign:
     ) -> dict[str, JobResult]:
         """Run the jobs without a kept result; return all results by name. `failed` holds the jobs without one.
 
-        Parameters
-        ----------
-        jobs : int, optional
-            Processes; all cores by default. One job at a time runs in this process.
-        scheduler : str, optional
-            Address of a dask.distributed scheduler, ``tcp://host:port``; its workers see the folder under the
-            same path.
-        progress : callable, optional
-            Called with (done, total, what was done and the time left).
+        `jobs` are processes, all cores by default; one job at a time runs in this process. `scheduler` is the address of
+        a dask.distributed scheduler, ``tcp://host:port``, whose workers see the folder under the same path.
 
-        Raises
-        ------
-        InputError
-            The folder holds something else, another run is at work in it, less than one process, a scheduler that does not answer.
+        Raises InputError: the folder holds something else, another run is at work in it, less than one process, a
+        scheduler that does not answer.
         """
         self.failed = {}
         grown(self.folder, STUDY)
@@ -133,13 +113,7 @@ class Campaign:
         )
 
     def check(self) -> None:
-        """Raise when a job of the last run failed.
-
-        Raises
-        ------
-        SimulationError
-            Names the first failures.
-        """
+        """Raise a `SimulationError` that names the first failures, if a job of the last run failed."""
         if not self.failed:
             return
         own = [f for f in self.failed.values() if not f.error.startswith(_NOT_RUN)]
@@ -194,27 +168,17 @@ class Campaign:
 
     def _code_of(self, job: Job) -> tuple[str, ...]:
         module = job.function.partition(":")[0]
-        if module not in self._code:
-            self._code[module] = tuple(dict.fromkeys((*self.code, *deciding_code(module))))
-        return self._code[module]
-
-    def _stamp(self, code: tuple[str, ...]) -> Stamp:
-        if code not in self._stamps:
-            self._stamps[code] = stamp(code)
-        return self._stamps[code]
+        return tuple(dict.fromkeys((*self.code, *self._deciding_code(module))))
 
     def _keys(self, order: Sequence[str]) -> dict[str, str]:
         keys: dict[str, str] = {}
-        read: dict[Path, str] = {}
+        digest_of = cache(path_digest)
         for name in order:
             job = self.jobs[name]
-            for path in job.files.values():
-                if path not in read:
-                    read[path] = path_digest(path)
             content = {
                 "function": job.function,
                 "inputs": job.inputs,
-                "files": {n: read[p] for n, p in job.files.items()},
+                "files": {n: digest_of(p) for n, p in job.files.items()},
                 "needs": {n: keys[n] for n in job.needs},
                 **self._stamp(self._code_of(job)),
             }

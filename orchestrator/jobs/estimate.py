@@ -4,27 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .job import Job
-    from .store import JobResult
+from .job import Job
+from .store import JobResult
 
 
 @dataclass(frozen=True)
 class DryRun:
     """What a run would do.
-
-    Attributes
-    ----------
-    jobs, kept, to_do : int
-        All jobs, those whose result is there, and computations to do (jobs that are the same count once).
-    seconds : float
-        Estimate of the time that takes.
-    processes : int
-        Number of processes the estimate is for.
-    cluster : bool
-        Whether they are those of a cluster, now.
 
     Examples
     --------
@@ -32,12 +19,12 @@ class DryRun:
     '10 jobs: 4 kept, 6 to do, about 4 min on 2 processes of this machine'
     """
 
-    jobs: int
-    kept: int
-    to_do: int
-    seconds: float
-    processes: int
-    cluster: bool = False
+    jobs: int  # all of them
+    kept: int  # those whose result is there
+    to_do: int  # computations; jobs that are the same count once
+    seconds: float  # estimate of the time that takes
+    processes: int  # that the estimate is for
+    cluster: bool = False  # whether they are those of a cluster, now
 
     def report(self) -> str:
         """Return one line of text."""
@@ -59,7 +46,6 @@ class TimeEstimate:
     --------
     The first job took twice what was expected, so the second one probably will:
 
-    >>> from orchestrator.jobs.job import Job
     >>> jobs = [Job(name, "json:dumps", seconds=10.0) for name in ("first", "second")]
     >>> estimate = TimeEstimate(jobs, {})
     >>> estimate.add(jobs[0], 20.0)

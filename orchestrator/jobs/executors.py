@@ -96,17 +96,8 @@ class ProcessExecutor(Executor):
 class Cluster(Executor):
     """A dask.distributed cluster, which repeats the jobs of killed workers by itself; workers may join and leave.
 
-    Parameters
-    ----------
-    address : str
-        ``tcp://host:port`` or ``tls://host:port`` of its scheduler.
-    patience : float
-        How long to wait for scheduler and first worker [s]: the job script of a queue starts all at once.
-
-    Raises
-    ------
-    InputError
-        The package is not installed, the address is none, nobody answers, or no worker comes.
+    `address` is ``tcp://host:port`` or ``tls://host:port`` of its scheduler. Scheduler and first worker are waited for,
+    at most `patience` seconds: the job script of a queue starts all at once.
     """
 
     def __init__(self, address: str, patience: float = PATIENCE) -> None:

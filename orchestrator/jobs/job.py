@@ -23,20 +23,9 @@ Needs = Mapping[str, JobResult]
 class Job:
     """A call whose result is kept.
 
-    Attributes
-    ----------
-    function : str
-        ``"package.module:function"``, called with (inputs, files, needs, folder): the next three and a folder for
-        files that are kept with the result. It returns a JSON-able dict; measured times go under the
-        key ``"timing"``, which is no part of the number that two runs must agree in.
-    inputs
-        JSON-able; decide the result.
-    files
-        Files or folders; their content decides the result, not their place.
-    needs
-        Names of the jobs whose results it gets.
-    seconds
-        What it is expected to take [s]; only for estimates.
+    The function ``"package.module:function"`` is called with (inputs, files, needs, folder), the last a folder for files
+    that are kept with the result. It returns a JSON-able dict; measured times go under the key ``"timing"``, which is no
+    part of the number that two runs must agree in.
 
     Examples
     --------
@@ -47,21 +36,15 @@ class Job:
 
     name: str
     function: str
-    inputs: Inputs = field(default_factory=dict)
-    files: dict[str, Path] = field(default_factory=dict)
-    needs: tuple[str, ...] = ()
-    seconds: float = 1.0
+    inputs: Inputs = field(default_factory=dict)  # JSON-able; decide the result
+    files: dict[str, Path] = field(default_factory=dict)  # their content decides the result, not their place
+    needs: tuple[str, ...] = ()  # names of the jobs whose results it gets
+    seconds: float = 1.0  # what it is expected to take; only for estimates
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A job without a result, and why.
-
-    Examples
-    --------
-    >>> Failure(Job("first", "json:dumps"), "ValueError: no such seed").to_dict()["error"]
-    'ValueError: no such seed'
-    """
+    """A job without a result, and why."""
 
     job: Job
     error: str

@@ -35,12 +35,7 @@ class Stamp(TypedDict):
 
 
 class ResultKeys:
-    """Keys of the results that the functions of a module compute, with the sources as they are now.
-
-    Parameters
-    ----------
-    module : str
-        Name of the module, or of a folder of modules.
+    """Keys of the results that the functions of a module, or a folder of modules, compute with the sources as they are now.
 
     Examples
     --------
@@ -74,11 +69,6 @@ def deciding_code(module: str, root: str = __package__.partition(".")[0]) -> tup
 
     Of `root` these are the folder of the module and all that it imports, also in functions, followed through; and the
     packages below. A module of another package stands for itself: `Campaign` takes what else counts.
-
-    Raises
-    ------
-    InputError
-        A folder without sources.
 
     Examples
     --------

@@ -25,9 +25,6 @@ MAX_BYTES = 64_000_000
 class JobResult:
     """Result of a job.
 
-    `values` are what its function returned, as JSON holds it; `folder` holds the files it wrote; `seconds` is its
-    time [s].
-
     Examples
     --------
     >>> result = JobResult("fre", {"run": "run"}, Path("jobs/0123"), 2.5)
@@ -36,18 +33,12 @@ class JobResult:
     """
 
     name: str
-    values: dict[str, Any]
-    folder: Path
+    values: dict[str, Any]  # what its function returned, as JSON holds it
+    folder: Path  # of the files it wrote
     seconds: float
 
     def file(self, value: str) -> Path:
-        """Return the file or folder of the result that one of its values names.
-
-        Raises
-        ------
-        InputError
-            It is not in the folder of the result.
-        """
+        """Return the file or folder of the result that one of its values names; never one outside of its folder."""
         path = self.folder / str(self.values[value])
         if not path.resolve().is_relative_to(self.folder.resolve()):
             raise InputError(f"{self.folder}: {value} = {self.values[value]!r:.100}; allowed: a place in it")
@@ -55,12 +46,7 @@ class JobResult:
 
 
 def read_object(file: Path, limit: int) -> dict[str, Any]:
-    """Return the JSON object in a file.
-
-    Raises
-    ------
-    InputError
-        No such file, more than `limit` bytes, no JSON object.
+    """Return the JSON object in a file of at most `limit` bytes.
 
     Examples
     --------
@@ -127,13 +113,7 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[Path]:
-        """Make the folder, keep other campaigns out of it and yield a place for work in hand.
-
-        Raises
-        ------
-        InputError
-            Another campaign runs in the folder.
-        """
+        """Make the folder, keep other campaigns out of it and yield a place for work in hand."""
         self.folder.mkdir(parents=True, exist_ok=True)
         busy = f"{self.folder.parent}: another run of this study is at work here; wait for it, or use another folder"
         with locked(self.folder / ".lock", busy):

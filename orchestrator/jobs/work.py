@@ -24,19 +24,15 @@ from .store import JobResult, Store
 
 @dataclass(frozen=True)
 class JobCall:
-    """A job, with absolute paths, as a worker receives it.
+    """A job as a worker receives it."""
 
-    `needs` are the hashes of the jobs it needs by name; `store` is the folder of the results, `work` one in it that is
-    there while the campaign runs; `code` are the packages whose sources count, `stamp` is that of the one who asks.
-    """
-
-    job: Job
+    job: Job  # with absolute paths
     key: str
-    needs: dict[str, str]
-    store: str
-    work: str
-    code: tuple[str, ...]
-    stamp: Stamp
+    needs: dict[str, str]  # hashes of the jobs it needs by name
+    store: str  # folder of the results
+    work: str  # folder in it that is there while the campaign runs
+    code: tuple[str, ...]  # packages whose sources count
+    stamp: Stamp  # of the one who asks
 
 
 _my_stamp = cache(stamp)
@@ -56,11 +52,6 @@ def execute(call: JobCall) -> dict[str, str]:
 
 def resolve(function: str) -> Any:
     """Return the function behind ``package.module:function``.
-
-    Raises
-    ------
-    InputError
-        No such function.
 
     Examples
     --------

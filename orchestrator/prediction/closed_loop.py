@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from fmus import FmuModel, pack_signals, pack_twin
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.common.processes.pool import map_unordered
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads
+from sct_twin.twin.process import SctProcess
+from sct_twin.twin.process_uncertainty import process_uncertainties
 
 from ..cosim.run_folders import Run
 from ..cosim.system import System
@@ -52,20 +55,14 @@ def sct_system(
     >>> system.evaluation_order(), system.steps
     (['inputs', 'friction', 'twin'], 100)
     """
-    from fmus import pack_twin
-    from fmus.targets.signals import pack_signals
-
     fmus.mkdir(parents=True, exist_ok=True)
     called = names or FrictionNames()
     given = _process_parameters(twin, schedule)
     steps = int(np.clip(np.ceil(schedule.duration * given["speed"] / STEP), 1, MOST_STEPS))
     step = schedule.duration / steps
-    start = {
-        **{k: float(v) for k, v in given.items() if k not in {"material", "T_specimen"}},
-        "F_n": float(schedule.F_n[0]),
-        "v_slide": float(schedule.v_slide[0]),
-    }
-    fixed = {k: v for k, v in given.items() if k in {"material", "T_specimen"}}
+    fixed = {k: given.pop(k) for k in ("material", "T_specimen") if k in given}
+    start = {k: float(v) for k, v in given.items()}
+    start |= {"F_n": float(schedule.F_n[0]), "v_slide": float(schedule.v_slide[0])}
     twin_fmu = fmus / ("twin.fmu" if "T_specimen" not in fixed else f"twin-{fixed['T_specimen']:g}C.fmu")
     pack_twin(twin_fmu, **fixed)
     signals = pack_signals(
@@ -117,8 +114,6 @@ def _process_parameters(twin: TwinParameters | None, schedule: SctSchedule) -> d
 
 def _system_values(friction: str | os.PathLike[str], schedule: SctSchedule) -> dict[str, float]:
     """Return the friction FMU's system variables (roughness, batch) that the test table gives."""
-    from fmus import FmuModel
-
     source = FmuModel(friction).source
     if source is None or not source.system:
         return {}
@@ -153,7 +148,4 @@ def uncertainties_of(
 def _uncertainties(
     process: Mapping[str, Any], *steps: *tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 ) -> dict[str, FloatArray]:
-    from sct_twin.twin.process import SctProcess
-    from sct_twin.twin.process_uncertainty import process_uncertainties
-
     return process_uncertainties(SctProcess(**process), *steps)

@@ -32,17 +32,6 @@ from .schedule import SctSchedule
 class SctPrediction:
     """A predicted test.
 
-    Attributes
-    ----------
-    schedule : SctSchedule
-        What drove it, and the measurement where there is one.
-    run : Run
-        The co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
-    output : str
-        What mu is called in the friction FMU.
-    uncertainties : mapping
-        `u_sigma_n`, `u_psi`, `u_T` at the times of the run, by `uncertainties_of`; empty where they were not computed.
-
     Examples
     --------
     A made-up run of two steps:
@@ -54,11 +43,15 @@ class SctPrediction:
     >>> test = SctPrediction(SctSchedule.from_plan(plan), run)
     >>> test.mu, test.errors() is None, list(test.frame()["sd"])
     (array([0.1 , 0.12]), True, [1.0, 2.0])
+    >>> several = SctPredictions("a law", [test])
+    >>> several.summary() is None, round(several.to_dict()["tests"][0]["mu_mean"], 6)
+    (True, 0.11)
     """
 
-    schedule: SctSchedule
-    run: Run
-    output: str = MU.name
+    schedule: SctSchedule  # what drove it, and the measurement where there is one
+    run: Run  # the co-simulation: `friction.mu`, the five loads `twin.T` ..., the inputs `inputs.F_n` ...
+    output: str = MU.name  # what mu is called in the friction FMU
+    #: `u_sigma_n`, `u_psi`, `u_T` at the times of the run, by `uncertainties_of`; empty where they were not computed.
     uncertainties: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
@@ -132,7 +125,7 @@ class PredictedTest(TypedDict):
     """Errors of one test; None for a test that was never run, and a share outside that is not known."""
 
     test_id: str
-    run: str
+    run: str  # name of its folder
     errors: dict[str, float] | None
     mu_mean: float
     T_mean: float
@@ -150,18 +143,7 @@ class PredictionNumbers(TypedDict):
 
 @dataclass(frozen=True, eq=False)
 class SctPredictions:
-    """Predicted tests of one friction FMU, in the order of the schedules.
-
-    Examples
-    --------
-    >>> plan = {"test_id": "t1", "F_set": 50e3, "v_set": 20.0, "sd_set": 10.0, "T_tool": 20.0}
-    >>> loads = {f"twin.{name}": np.array([1.0, 2.0, 3.0]) for name in LOAD_NAMES}
-    >>> values = {"friction.mu": np.array([0.0, 0.1, 0.12]), **loads}
-    >>> run = Run(Path("t1"), {"synthetic": False}, np.array([0.0, 0.25, 0.5]), values, {})
-    >>> found = SctPredictions("a law", [SctPrediction(SctSchedule.from_plan(plan), run)])
-    >>> found.summary() is None, round(found.to_dict()["tests"][0]["mu_mean"], 6)
-    (True, 0.11)
-    """
+    """Predicted tests of one friction FMU, in the order of the schedules."""
 
     label: str
     tests: Sequence[SctPrediction]

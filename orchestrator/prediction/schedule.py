@@ -30,23 +30,9 @@ _RAMP = 60
 
 @dataclass(frozen=True, eq=False)
 class SctSchedule:
-    """One test from the moment at which the plate starts to move.
+    """One test from the moment at which the plate starts to move, in n intervals.
 
-    Attributes
-    ----------
-    edges : ndarray, shape (n + 1,)
-        Times [s] from 0 on.
-    F_n, v_slide, T_tool : ndarray, shape (n,)
-        Mean normal force [N], speed [mm/s] and temperature of punch and fresh plate [degC] of each interval.
-    metadata : mapping
-        The test's row of the test table.
-    measured : pandas.DataFrame or None
-        Points of the test where it was run: columns of the contract.
-
-    Raises
-    ------
-    InputError
-        Arrays of other lengths, values out of their physical limits, nothing that slides.
+    Raises InputError: arrays of other lengths, values out of their physical limits, nothing that slides.
 
     Examples
     --------
@@ -57,12 +43,12 @@ class SctSchedule:
     """
 
     test_id: str
-    edges: FloatArray
-    F_n: FloatArray
-    v_slide: FloatArray
-    T_tool: FloatArray
-    metadata: TestRow = field(default_factory=dict)
-    measured: pd.DataFrame | None = None
+    edges: FloatArray  # times [s] from 0 on, shape (n + 1,)
+    F_n: FloatArray  # mean normal force [N] of each interval, shape (n,)
+    v_slide: FloatArray  # mean speed [mm/s], shape (n,)
+    T_tool: FloatArray  # temperature of punch and fresh plate [degC], shape (n,)
+    metadata: TestRow = field(default_factory=dict)  # the test's row of the test table
+    measured: pd.DataFrame | None = None  # points of the test where it was run: columns of the contract
     synthetic: bool = False
 
     def __post_init__(self) -> None:
@@ -118,11 +104,6 @@ class SctSchedule:
 
         `points` hold `t, sd` and `F_n` [N] (or `sigma_n`, where the row holds `contact_area` [mm2]) of one test; the
         row of the test table needs `T_tool` [degC].
-
-        Raises
-        ------
-        InputError
-            A column is missing, or what the constructor refuses.
         """
         test_id = str(row["test_id"])
         where = f"test {test_id}"
@@ -153,11 +134,6 @@ class SctSchedule:
 
         The row holds `test_id`, `F_set` [N], `v_set` [mm/s], `sd_set` [mm], `T_tool` [degC]; `ramp` [s], the time in
         which the plate reaches its speed along half a cosine (0 where missing); specimen, punch and `t_wait`.
-
-        Raises
-        ------
-        InputError
-            A value is missing, or what the constructor refuses.
         """
         test_id = str(row["test_id"])
         where = f"test {test_id}"
@@ -180,13 +156,7 @@ class SctSchedule:
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], row: TestRow) -> SctSchedule:
-        """Read a table (CSV, Parquet) with `t` [s], `F_n` [N], `v_slide` [mm/s] and, where it varies, `T_tool` [degC].
-
-        Raises
-        ------
-        InputError
-            Not such a table, or what the constructor refuses.
-        """
+        """Read a table (CSV, Parquet) with `t` [s], `F_n` [N], `v_slide` [mm/s] and, where it varies, `T_tool` [degC]."""
         frame = read_table(path)
         for name in ("t", "F_n", "v_slide"):
             if name not in frame.columns:
@@ -218,10 +188,7 @@ class SctSchedule:
 def held_out_schedules(data: DataSet, only: list[str] | None = None) -> list[SctSchedule]:
     """Return the held-out tests of a data set (all of them where no role is recorded), or the tests named.
 
-    Raises
-    ------
-    InputError
-        No test table, no such test, or what `SctSchedule.from_points` refuses.
+    The data set needs a test table, as `SctSchedule.from_points` says.
     """
     if data.tests is None:
         raise InputError(
@@ -246,11 +213,6 @@ def held_out_schedules(data: DataSet, only: list[str] | None = None) -> list[Sct
 
 def planned_schedules(path: str | os.PathLike[str]) -> list[SctSchedule]:
     """Return the tests of a plan: a table with a row a test, see `SctSchedule.from_plan`.
-
-    Raises
-    ------
-    InputError
-        Not such a table.
 
     Examples
     --------

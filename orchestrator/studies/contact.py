@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +10,8 @@ import numpy.typing as npt
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
 from friction_models.models.domain import Domain
 
-if TYPE_CHECKING:
-    from ..comparison.level_runs import Level
-    from ..cosim.run_folders import Run
+from ..comparison.level_runs import Level
+from ..cosim.run_folders import Run
 
 
 def reference_areas(level: Level) -> FloatArray:
@@ -70,9 +69,7 @@ class Spread(TypedDict):
 class Contact(NamedTuple):
     """Every marker in contact at every step of a run, n in all.
 
-    `loads` have the shape (n, 5), the others (n,): `mu` is the answer of the friction model, `area` what the marker
-    stands for [mm2], `work` the friction work on it during the step [J]. Steps take the same time, so sums of areas
-    are shares of contact and time.
+    Steps take the same time, so sums of areas are shares of contact and time.
 
     Examples
     --------
@@ -83,10 +80,10 @@ class Contact(NamedTuple):
     {'share': 0.5, 'work': 0.75}
     """
 
-    loads: FloatArray
-    mu: FloatArray
-    area: FloatArray
-    work: FloatArray
+    loads: FloatArray  # shape (n, 5)
+    mu: FloatArray  # answer of the friction model, shape (n,)
+    area: FloatArray  # what the marker stands for, shape (n,) [mm2]
+    work: FloatArray  # friction work on it during the step, shape (n,) [J]
 
     def share(self, where: npt.NDArray[np.bool_]) -> Share:
         """Return the share of contact area and of friction work that a mask picks."""

@@ -64,16 +64,9 @@ def coupled_job(
 def run_coupled(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str, object]:
     """Form a level and keep the run; the function of `coupled_job`.
 
-    Returns
-    -------
-    dict
-        What `level_runs.summary` returns; ``failed``: why the run broke off, empty for a complete one;
-        ``repetitions``: mean and largest number of a step, and the largest change left (mode ``iterated``).
-
-    Raises
-    ------
-    SimulationError
-        A component failed for another reason than `REASONS`: no result, so that the next start of the study tries again.
+    Beside what `level_runs.summary` returns ``failed`` says why the run broke off, and is empty for a complete one;
+    ``repetitions`` are mean and largest number of a step, and the largest change left (mode ``iterated``). A component
+    that fails for another reason than `REASONS` gives no result, so that the next start of the study tries again.
     """
     (model,) = needs.values()
     given = {**inputs, "synthetic": bool(model.values.get("synthetic", False))}
@@ -100,15 +93,6 @@ def run_of(result: JobResult) -> Run | None:
 class CoupledPlan:
     """What studies of coupled runs have in common.
 
-    Attributes
-    ----------
-    models, processes : sequence of str
-        Families of friction models; ``"fre"`` and ``"bce"``.
-    stroke : float or None
-        Punch travel [mm]; None for that of a usual run.
-    lubricant, tests : str
-        Lubricant, and plan of the compression tests, of the virtual laboratory.
-
     Examples
     --------
     >>> CoupledPlan(models=["liner"])
@@ -117,12 +101,12 @@ class CoupledPlan:
     friction_models.common.errors.InputError: unknown model 'liner'; allowed: ffnn, gradient_boosting, linear, polynomial, power_law; did you mean 'linear'?
     """
 
-    models: Sequence[str] = ADVANCED
+    models: Sequence[str] = ADVANCED  # families
     processes: Sequence[str] = ("fre", "bce")
-    stroke: float | None = None
+    stroke: float | None = None  # punch travel [mm]; None: that of a usual run
     lubricant: str = "polymer"
-    tests: str = FULL_PLAN
-    seed: int = 0
+    tests: str = FULL_PLAN  # plan of the compression tests of the virtual laboratory
+    seed: int = 0  # of the virtual laboratory
 
     def __post_init__(self) -> None:
         for what, names, known in (
@@ -134,13 +118,7 @@ class CoupledPlan:
                     raise unknown_name(what, name, known)
 
     def measured(self, data: Mapping[str, Path] | None) -> tuple[Self, list[Job]]:
-        """Return the plan with the lubricant of one's own data, where there are any, and the jobs that measure it.
-
-        Raises
-        ------
-        InputError
-            More than one data set, or one that cannot be used.
-        """
+        """Return the plan with the lubricant of one's own data, where there are any, and the jobs that measure it."""
         if data is not None and len(data) > 1:
             raise InputError(
                 f"--data: {len(data)} data sets, allowed: one, as the study compares runs of one lubricant"
@@ -164,11 +142,6 @@ def synthetic(results: Mapping[str, JobResult]) -> bool:
 
 def chosen_level(process: str, stroke: float | None, step: float, speed: float, T_tool: float) -> Level:
     """Return a level with the stroke wanted (or usual) as far as the process allows, in whole steps [mm].
-
-    Raises
-    ------
-    InputError
-        A stroke shorter than a step.
 
     Examples
     --------

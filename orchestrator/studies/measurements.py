@@ -39,13 +39,7 @@ DATASET = "dataset"
 
 
 def data_name(lubricant: str) -> str:
-    """Return the name of the job that gives the data sets of a lubricant.
-
-    Examples
-    --------
-    >>> data_name("oil")
-    'data-oil'
-    """
+    """Return the name of the job that gives the data sets of a lubricant."""
     return f"data-{lubricant}"
 
 
@@ -67,11 +61,6 @@ def data_jobs(
 
 def chosen_data(texts: Iterable[str] | None) -> dict[str, Path] | None:
     """Read what ``--data`` names: ``LUBRICANT=PLACE`` texts, or a single place; None for nothing.
-
-    Raises
-    ------
-    InputError
-        A name twice or one that cannot stand in a file name, no such place.
 
     Examples
     --------
@@ -98,13 +87,7 @@ def chosen_data(texts: Iterable[str] | None) -> dict[str, Path] | None:
 
 
 def measurement_jobs(lubricant: str, plan: str = FULL_PLAN, seed: int = 0) -> list[Job]:
-    """Return the jobs that measure a lubricant in the virtual laboratory and run the twin.
-
-    Raises
-    ------
-    InputError
-        Unknown lubricant or plan; the message holds the nearest one.
-    """
+    """Return the jobs that measure a lubricant in the virtual laboratory and run the twin."""
     from sct_twin.virtual_lab import LUBRICANTS
     from sct_twin.virtual_lab.plans import make_plan
 
@@ -143,13 +126,7 @@ def _own_data_job(lubricant: str, place: Path, seed: int) -> Job:
 
 
 def read_own(place: Path, seed: int = 0) -> DataSet:
-    """Return a user's data set with the roles of its tests.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or has too few tests.
-    """
+    """Return a user's data set with the roles of its tests; one that has too few of them is refused."""
     return _with_roles(load_data(data_files(place), {}), seed, str(place))
 
 
@@ -161,13 +138,13 @@ def load_measurements(result: JobResult, averages: bool = False) -> DataSet:
 
 
 class MeasuredData(TypedDict):
-    """Result of a job ``data-LUBRICANT``; `dataset` and `averages` are folders in it, `train` and `held_out` count tests."""
+    """Result of a job ``data-LUBRICANT``."""
 
-    dataset: str
-    averages: str
+    dataset: str  # folder in it
+    averages: str  # folder in it
     lubricant: str
-    train: int
-    held_out: int
+    train: int  # number of tests
+    held_out: int  # number of tests
     points: int
     synthetic: bool
     plan: str | None

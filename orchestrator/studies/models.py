@@ -27,19 +27,15 @@ MODEL, FMU = "model", "friction.fmu"
 
 
 class TrainedModel(TypedDict):
-    """Result of a job of `model_job`.
-
-    `model` and `fmu` are names in its folder, `points` and `tests` what it was trained on. The errors are those on
-    held-out tests, None without any.
-    """
+    """Result of a job of `model_job`."""
 
     family: str
-    model: str
-    fmu: str
+    model: str  # folder in that of the job
+    fmu: str  # file in it
     domain: dict[str, list[float] | None]
-    points: int
-    tests: int
-    mae_test: float | None
+    points: int  # that it was trained on
+    tests: int  # that it was trained on
+    mae_test: float | None  # on held-out tests, None without any
     rmse_test: float | None
     synthetic: bool
 
@@ -52,19 +48,12 @@ def model_job(
     parameters: Mapping[str, object] | None = None,
     tests: Sequence[str] | None = None,
 ) -> Job:
-    """Return the job that trains one model.
+    """Return the job that trains one model, called ``model-FAMILY-DATA`` by default.
 
-    Parameters
-    ----------
-    family : str
-        Name of a family; ``constant`` with ``parameters={"mu": 0.08}`` needs no data.
-    data : str or Path, optional
-        Name of the job whose folder holds the data set (its value ``dataset`` says in which folder), or
-        the ``points.csv`` (or Parquet) file of one, whose ``tests.csv`` and ``dataset.json`` lie beside it.
-    name : str, optional
-        Of the job; ``model-FAMILY-DATA`` by default.
-    tests : sequence of str, optional
-        Train on these tests only; on those with the role ``train``, or on all where there is none, by default.
+    `data` is the name of the job whose folder holds the data set (its value ``dataset`` says in which folder), or
+    the ``points.csv`` (or Parquet) file of one, whose ``tests.csv`` and ``dataset.json`` lie beside it; the family
+    ``constant`` with ``parameters={"mu": 0.08}`` needs none. Without `tests` the model is trained on those with the role
+    ``train``, or on all where there is none.
     """
     files: dict[str, Path] = {}
     needs: tuple[str, ...] = ()
@@ -98,13 +87,7 @@ def constant_job(mu: float) -> Job:
 
 
 def data_files(data: Path) -> dict[str, Path]:
-    """Return the files of a data set by the names under which `train_model` looks for them.
-
-    Raises
-    ------
-    InputError
-        A folder without points.
-    """
+    """Return the files of a data set by the names under which `train_model` looks for them."""
     if data.is_file():
         return {"points": data}
     from friction_models.loads.dataset import points_file

@@ -7,16 +7,13 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from friction_models.common import InputError, unknown_name
 
 from ..comparison.level_runs import Level
+from ..force_curves.forces import ForceCurve, read_press_curve
 from ..jobs.campaign import Job, JobResult
 from ..jobs.job import Files, Inputs, Needs
-
-if TYPE_CHECKING:
-    from ..force_curves.forces import ForceCurve
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.
 SECONDS_A_MM = 0.45
@@ -26,12 +23,12 @@ CURVES = "press"
 
 @dataclass(frozen=True)
 class StudyLevel:
-    """A press level of a study. One's own curves came from `file`; `synthetic`: a virtual press made them, now or before."""
+    """A press level of a study."""
 
     lubricant: str
     level: Level
-    file: Path | None = None
-    synthetic: bool = False
+    file: Path | None = None  # of one's own curves
+    synthetic: bool = False  # whether a virtual press made the curves, now or before
 
     @property
     def job(self) -> str:
@@ -40,8 +37,6 @@ class StudyLevel:
 
     def measured(self, results: Mapping[str, JobResult]) -> Sequence[ForceCurve] | None:
         """Return the measured curves; None where their job failed."""
-        from ..force_curves.forces import read_press_curve
-
         result = results.get(self.job)
         return None if result is None else read_press_curve(result.file("file"))
 
@@ -114,13 +109,7 @@ def copied_level(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> di
 
 
 def chosen_press(texts: Iterable[str] | None) -> list[tuple[str, Path]]:
-    """Read what ``--press`` names, ``LUBRICANT=FOLDER`` or a folder; the name is empty where levels.csv gives it.
-
-    Raises
-    ------
-    InputError
-        No such folder.
-    """
+    """Read what ``--press`` names, ``LUBRICANT=FOLDER`` or a folder; the name is empty where levels.csv gives it."""
     chosen = []
     for text in texts or ():
         name, equals, place = text.partition("=")
@@ -137,12 +126,7 @@ def own_levels(
     """Return the levels of one's own press curves and the jobs that copy them.
 
     `folders` hold ``levels.csv``; a name stands for the only lubricant in it. `lubricants` are those that friction
-    models are trained for, `strokes` the longest punch travel [mm] by process.
-
-    Raises
-    ------
-    InputError
-        A folder that cannot be read, a lubricant without a friction model or without press curves, a level twice.
+    models are trained for, each of which needs press curves, `strokes` the longest punch travel [mm] by process.
     """
     from forming.press import PressCurves
 

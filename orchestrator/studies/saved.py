@@ -20,24 +20,15 @@ _KEY = re.compile(r"[0-9a-f]{40}")
 
 @dataclass(frozen=True)
 class SavedStudy:
-    """The folder of a study.
-
-    `name` is that of the study, `manifest` the content of ``manifest.json``.
-    """
+    """The folder of a study."""
 
     folder: Path
-    name: str
-    manifest: dict[str, Any]
+    name: str  # of the study
+    manifest: dict[str, Any]  # content of ``manifest.json``
 
     @classmethod
     def read(cls, folder: Path) -> SavedStudy | None:
-        """Read the manifest of a folder; None where it is not that of a study.
-
-        Raises
-        ------
-        InputError
-            An unknown study, or a manifest that is too large or damaged.
-        """
+        """Read the manifest of a folder; None where it is not that of a study."""
         manifest = read_object(folder / "manifest.json", MAX_BYTES)
         settings = manifest.get("settings")
         if not isinstance(settings, dict) or "study" not in settings:
@@ -64,13 +55,8 @@ class SavedStudy:
     def results(self, names: Iterable[str], *heads: str) -> dict[str, JobResult]:
         """Return the results that are there, of the jobs whose names begin with one of `heads`.
 
-        They are those that the manifest names, whatever sources they were computed with. A key is a name in ``jobs``,
-        never a path out of it.
-
-        Raises
-        ------
-        InputError
-            None of them is there.
+        They are those that the manifest names, whatever sources they were computed with; a folder without any is
+        refused. A key is a name in ``jobs``, never a path out of it.
         """
         store, found = Store(self.folder / "jobs"), {}
         for name in (n for n in map(str, names) if n.startswith(heads)):

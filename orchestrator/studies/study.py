@@ -31,10 +31,8 @@ class Study(Generic[PlanT]):
     line.
     """
 
-    #: Name of the command and in the manifest.
-    name: ClassVar[str]
-    #: What the seed of the study is the seed of, for the manifest.
-    seeds: ClassVar[str] = "virtual_lab"
+    name: ClassVar[str]  # of the command and in the manifest
+    seeds: ClassVar[str] = "virtual_lab"  # what the seed of the study is the seed of, for the manifest
     plan: PlanT
     jobs: tuple[Job, ...]
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
@@ -32,13 +31,15 @@ if TYPE_CHECKING:
     from fmus.runtime.friction_names import FrictionNames
 
     from ...comparison.in_one_system import RunsComparison
-    from ...comparison.in_process import FormingPlan, LevelsOfProcess
+    from ...comparison.in_process import LevelsOfProcess
     from ...comparison.on_press import ForcesComparison
     from ...comparison.on_tests import TestsComparison
     from ...comparison.press_study import PressResults, PressStudy
     from ...force_curves.forces import ForceCurve
 
 app = Commands(rich_markup_mode="rich")
+
+Formed = TypeVar("Formed", "RunsComparison", "LevelsOfProcess")
 
 
 @app.command(
@@ -141,11 +142,7 @@ def compare(
         raise InputError(f"--points {points}: there is no data set; allowed: with --data")
     if points is not None and points.suffix not in {".csv", ".parquet"}:
         raise InputError(f"{points}: suffix {points.suffix!r}, allowed: .csv, .parquet")
-    formed = {
-        "--set": bool(parameters),
-        "--level": bool(level),
-        "--stroke": stroke is not None,
-    }
+    formed = {"--set": bool(parameters), "--level": bool(level), "--stroke": stroke is not None}
     for option, given_here in formed.items():
         if given_here and process is None:
             raise InputError(f"{option}: belongs to a forming process; allowed: with --process")
@@ -168,7 +165,10 @@ def compare(
     if data is not None:
         on_tests = _compare_tests(named, given, data, tests, seed)
         if points is not None:
-            _write_points(points, on_tests)
+            from friction_models.loads.table import write_table
+
+            write_table(points, on_tests.points())
+            say(f"written: {points}")
         found["tests"] = {"synthetic": on_tests.synthetic, **on_tests.to_dict()}
     if study is not None:
         called = {label: foreign.to_dict() for label, foreign in _foreign(named, given).items()}
@@ -179,11 +179,29 @@ def compare(
         found["press"] = {"synthetic": study.synthetic, "models": [], "failed": failed}
         found["press"] |= {} if on_press is None else on_press.to_dict()
     if system is not None:
-        in_system = _run_system(system, named, given, runs, mode, jobs, local_errors, measured)
+        from ...comparison.in_one_system import compare_in_system
+        from ...cosim.system import System
+
+        described, foreign = System.load(system), _foreign(named, given)
+        in_system = _formed(
+            lambda tick: compare_in_system(described, named, runs, foreign, mode, jobs, tick, local_errors),
+            runs,
+            mode,
+            measured,
+        )
         found["system"] = dict(in_system.to_dict())
     if process is not None:
-        plan = _plan(process, parameters, level, stroke)
-        in_process = _run_process(plan, named, given, runs, mode, jobs, local_errors, measured)
+        from ...comparison.in_process import FormingPlan, compare_in_process
+
+        levels = [key_values(text.split(",")) for text in level or []]
+        values = key_values(parameters or [], ("material", "tool_material"))
+        plan, foreign = FormingPlan(process, values, levels or [{}], stroke), _foreign(named, given)
+        in_process = _formed(
+            lambda tick: compare_in_process(plan, named, runs, foreign, mode, jobs, tick, local_errors),
+            runs,
+            mode,
+            measured,
+        )
         found["process"] = dict(in_process.to_dict())
     if json is not None:
         # The first comparison is the file itself, the others stand in it by name.
@@ -200,14 +218,6 @@ def compare(
 
         label, error = next(iter(failures.items()))
         raise SimulationError(f"{len(failures)} of the runs failed: {label}: {error[:300]}")
-
-
-def _write_points(path: Path, found: TestsComparison) -> None:
-    """Write the points with mu of every model."""
-    from friction_models.loads.table import write_table
-
-    write_table(path, found.points())
-    say(f"written: {path}")
 
 
 def _check_options(
@@ -239,58 +249,23 @@ def _check_options(
         )
 
 
-def _plan(
-    process: str, parameters: list[str] | None, level: list[str] | None, stroke: float | None
-) -> FormingPlan:
-    from ...comparison.in_process import FormingPlan
-
-    levels = [key_values(text.split(",")) for text in level or []]
-    values = key_values(parameters or [], ("material", "tool_material"))
-    return FormingPlan(process, values, levels or [{}], stroke)
-
-
-def _run_process(
-    plan: FormingPlan,
-    named: dict[str, str],
-    names: GivenNames,
-    runs: Path | None,
-    mode: str,
-    jobs: int | None,
-    local_errors: bool,
-    measured: Sequence[ForceCurve] | None,
-) -> LevelsOfProcess:
-    from ...comparison.in_process import compare_in_process
-
-    with _runs(runs, mode) as tick:
-        result = compare_in_process(plan, named, runs, _foreign(named, names), mode, jobs, tick, local_errors)
-    result = result if measured is None else result.against(measured)
-    _tell(result)
-    return result
-
-
-@contextmanager
-def _runs(runs: Path | None, mode: str) -> Iterator[Tick]:
-    """Check the mode, show the progress of runs, and say what an interrupt keeps."""
-    _check_mode(mode)
-    with keeping(lambda: _kept(runs)), progress("runs", says_time=True) as tick:
-        yield tick
-
-
-def _tell(result: LevelsOfProcess | RunsComparison) -> None:
-    if result.synthetic:
-        say("synthetic data involved")
-    say(result.report())
-
-
-def _kept(runs: Path | None) -> str:
-    return "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
-
-
-def _check_mode(mode: str) -> None:
+def _formed(
+    work: Callable[[Tick], Formed], runs: Path | None, mode: str, measured: Sequence[ForceCurve] | None
+) -> Formed:
+    """Let `work` run the models, hold the runs against a measured curve where there is one, and print what came out."""
     from ...cosim.master import MODES
 
     if mode not in MODES:
         raise unknown_name("mode", mode, MODES, "--mode")
+    kept = "what is finished is kept" if runs is not None else "nothing is kept without --runs FOLDER"
+    with keeping(lambda: kept), progress("runs", says_time=True) as tick:
+        result = work(tick)
+    if measured is not None:
+        result = result.against(measured)
+    if result.synthetic:
+        say("synthetic data involved")
+    say(result.report())
+    return result
 
 
 def _labels(models: list[str]) -> dict[str, str]:
@@ -308,28 +283,6 @@ def _foreign(named: dict[str, str], names: GivenNames) -> dict[str, FrictionName
     """Return the variables of the FMUs that others made, by label."""
     found = {n: names.foreign(model) for n, model in named.items() if Path(model).suffix == ".fmu"}
     return {label: foreign for label, foreign in found.items() if foreign is not None}
-
-
-def _run_system(
-    system: Path,
-    named: dict[str, str],
-    names: GivenNames,
-    runs: Path | None,
-    mode: str,
-    jobs: int | None,
-    local_errors: bool,
-    measured: Sequence[ForceCurve] | None,
-) -> RunsComparison:
-    from ...comparison.in_one_system import compare_in_system
-    from ...cosim.system import System
-
-    with _runs(runs, mode) as tick:
-        result = compare_in_system(
-            System.load(system), named, runs, _foreign(named, names), mode, jobs, tick, local_errors
-        )
-    result = result if measured is None else result.against(measured)
-    _tell(result)
-    return result
 
 
 def _compare_tests(

@@ -180,14 +180,7 @@ def refine(
 
 
 def read_campaigns(data: list[Path], tests: Path | None) -> DataSet:
-    """Read one data set, or several as one, and say what was changed to join them.
-
-    Raises
-    ------
-    InputError
-        What `DataSet.load` refuses; a data set that is given twice, a test table beside several of them, campaigns
-        with other loads than the others.
-    """
+    """Read one data set, or several as one, and say what was changed to join them."""
     if len(data) == 1:
         return _in_order(read_data(data[0], tests))
     if tests is not None:

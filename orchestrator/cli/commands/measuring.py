@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 app = Commands(rich_markup_mode="rich")
 
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only show what was found, write nothing.")]
+
 _KEPT_BY_LAB = "what is finished is kept beside the campaign folder; the same command goes on from there"
 
 
@@ -87,9 +89,7 @@ def ingest(
             "Without it the map's test_id, or the whole name."
         ),
     ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only show what was found, write nothing.")
-    ] = False,
+    dry_run: DryRun = False,
 ) -> None:
     """Turn measurement files of any layout into a campaign folder with canonical channels and units.
 
@@ -162,9 +162,7 @@ def points(
     synthetic: Annotated[
         bool, typer.Option("--synthetic", help="The values were computed and not measured.")
     ] = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only show what was found, write nothing.")
-    ] = False,
+    dry_run: DryRun = False,
 ) -> None:
     """Turn tables of points of any laboratory into a data set: names and units of the contract, and a test table.
 

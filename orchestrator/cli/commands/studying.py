@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..common.files_named import Commands, Reads
+from friction_models.common import inert, write_json
+
+from ..common.console import keeping, progress, say
+from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Jobs
-from ..common.study_options import DryRun, Lubricants, Quick, Scheduler, Seed, StudyFolder, carry_out
 
 if TYPE_CHECKING:
     from ...jobs.campaign import Campaign, JobResult
+    from ...studies.study import Study, StudyPlan
 
     Results = dict[str, JobResult]
+
+#: Failed jobs that are listed one by one.
+LISTED = 10
 
 app = Commands(
     name="study",
@@ -24,6 +32,33 @@ app = Commands(
     epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve",
 )
 
+StudyFolder = Annotated[
+    Path,
+    typer.Option("-o", "--out", help="Folder of the study; what is there already is not computed again."),
+    Writes("STUDY"),
+]
+Lubricants = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--data",
+        metavar="[LUBRICANT=]DIR",
+        help="Data set of a lubricant, repeated for each (default: the virtual laboratory).",
+    ),
+    Reads(),
+]
+Seed = Annotated[
+    int, typer.Option(min=0, help="Seed of the virtual laboratory, of training sets and of models.")
+]
+Quick = Annotated[bool, typer.Option("--quick", help="A small size that shows the way, under two minutes.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only count the jobs and estimate the time.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="tcp://HOST:PORT",
+        help="Run the jobs on a dask.distributed cluster whose workers see the folder, too.",
+    ),
+]
 OneLubricant = Annotated[
     list[str] | None,
     typer.Option(
@@ -208,6 +243,40 @@ def extrapolation(
         return text_table(numbers)
 
     carry_out(study, out, written, jobs, scheduler, dry_run)
+
+
+def carry_out(
+    study: Study[StudyPlan],
+    folder: Path,
+    written: Callable[[Campaign, Results], str],
+    jobs: int | None,
+    scheduler: str | None,
+    dry_run: bool,
+    title: str | None = None,
+) -> None:
+    """Run the jobs of a study and write its manifest; a dry run only counts them.
+
+    `written` writes what was found and returns it as text, empty where nothing was found.
+    """
+    campaign, title = study.campaign(folder), title or f"study {study.name}"
+    if dry_run:
+        say(f"{title}: {campaign.dry_run(jobs, scheduler).report()}")
+        return
+    kept = f"the finished jobs are kept in {folder}; the same command goes on from there"
+    with keeping(lambda: kept), progress(title, says_time=True) as tick:
+        results = campaign.run(jobs, scheduler, tick)
+    for failure in list(campaign.failed.values())[:LISTED]:
+        typer.echo(inert(f"failed: {failure.job.name}: {failure.error}"), err=True)
+    if len(campaign.failed) > LISTED:
+        more = len(campaign.failed) - LISTED
+        typer.echo(f"failed: {more} more, all in {folder / 'failed.json'}", err=True)
+    settings = {"study": study.name, **study.settings(results)}
+    write_json(folder / "manifest.json", campaign.manifest(results, settings, {study.seeds: study.plan.seed}))
+    text = written(campaign, results)
+    if text:
+        say(text)
+        say(f"report written: {folder / 'report.html'}")
+    campaign.check()
 
 
 def _given(**options: Any) -> dict[str, Any]:

@@ -54,13 +54,7 @@ def verify(
 
 
 def chosen(names: list[str], fast: bool) -> list[Case]:
-    """Return the cases whose names start with one of `names`; all without names.
-
-    Raises
-    ------
-    InputError
-        A name that no case has.
-    """
+    """Return the cases whose names start with one of `names`; all without names."""
     from forming.verification import CASES as FORMING
     from sct_twin.twin.heat.verification import CASES as TWIN
 
@@ -68,9 +62,8 @@ def chosen(names: list[str], fast: bool) -> list[Case]:
     for name in names:
         if not any(case.name.startswith(name) for case in cases):
             raise unknown_name("case", name, [case.name for case in cases], "verify")
-    wanted = [case for case in cases if not names or case.name.startswith(tuple(names))]
-    if fast:
-        wanted = [case for case in wanted if case.fast]
+    named = [case for case in cases if not names or case.name.startswith(tuple(names))]
+    wanted = [case for case in named if case.fast or not fast]
     if not wanted:
         raise InputError("verify: all cases named take long; allowed with --fast: those that do not")
     return wanted

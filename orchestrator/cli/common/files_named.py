@@ -21,15 +21,10 @@ class Reads:
 
 @dataclass(frozen=True)
 class Writes:
-    """Annotates an option that names an output.
+    """Annotates an option that names an output."""
 
-    Attributes
-    ----------
-    kind : str
-        Name of a kind of folder in `friction_models.common.folders`; ``FILE``; ``PAGE``, a file that
-        a page can be written to; or ``EITHER``, which is checked when it is known what is written.
-    """
-
+    #: Name of a kind of folder in `friction_models.common.folders`; ``FILE``; ``PAGE``, a file that a page can be written
+    #: to; or ``EITHER``, which is checked when it is known what is written.
     kind: str = "FILE"
 
 

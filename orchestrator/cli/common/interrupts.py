@@ -50,11 +50,6 @@ def received() -> bool:
 
 
 def check() -> None:
-    """Raise the interrupt that other code kept to itself.
-
-    Raises
-    ------
-    KeyboardInterrupt
-    """
+    """Raise the interrupt that other code kept to itself."""
     if _Noticed.received:
         raise KeyboardInterrupt

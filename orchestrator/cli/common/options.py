@@ -116,13 +116,7 @@ def read_data(
 
 
 def learning_part(dataset: DataSet, where: object) -> DataSet:
-    """Return the tests that a model may learn from; those that are held out stay unseen.
-
-    Raises
-    ------
-    InputError
-        There is none: with one role given, the others need one.
-    """
+    """Return the tests that a model may learn from, one at least; those that are held out stay unseen."""
     part = dataset.select("train")
     if part.points.empty and not dataset.points.empty:
         raise InputError(

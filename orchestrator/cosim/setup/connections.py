@@ -29,12 +29,7 @@ def split_connection(text: str) -> tuple[str, str, str] | None:
 
 
 def scaling(source: Variable, target: Variable, unit: str) -> tuple[float, float]:
-    """Return (factor, offset) that turn values of `source` into `unit`, as the target expects them.
-
-    Raises
-    ------
-    InputError
-        The source is in no unit of the loads, `unit` measures something else, or the target's own unit differs.
+    """Return (factor, offset) that turn values of `source`, a load, into `unit`, as the target expects them.
 
     Examples
     --------

@@ -51,26 +51,18 @@ class TemporaryFolder:
 
 
 class Component(BaseModel):
-    """One FMU and the start values of its parameters and inputs.
-
-    `each_point`: run an FMU made for one contact point once for every point of the vectors that feed it. A friction FMU
-    whose variables are named as in the contract of the loads does so without it.
-    `contact_only`: keep the loads of points without contact, such as zero pressure, from a friction FMU
-    (`points_without_pressure`).
-    `step`: length [s] of the smaller steps that the FMU makes within a communication step, all with the inputs from its beginning.
-
-    Examples
-    --------
-    >>> Component(fmu="friction.fmu", start={"clamp_to_domain": True}).start
-    {'clamp_to_domain': True}
-    """
+    """One FMU and the start values of its parameters and inputs."""
 
     model_config = ConfigDict(extra="forbid")
 
     fmu: Path
     start: dict[str, StartValue] = Field(default_factory=dict)
+    #: Run an FMU made for one contact point once for every point of the vectors that feed it. A friction FMU whose variables
+    #: are named as in the contract of the loads does so without it.
     each_point: bool | None = None
+    #: Keep the loads of points without contact, such as zero pressure, from a friction FMU (`points_without_pressure`).
     contact_only: bool | None = None
+    #: Length [s] of the smaller steps that the FMU makes within a communication step, all with the inputs from its beginning.
     step: float | None = Field(default=None, gt=0.0, allow_inf_nan=False)
 
 

@@ -39,13 +39,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A variable that the run keeps; more than one element for structured variables.
-
-    Examples
-    --------
-    >>> Recorded("forming", "force", ()).label
-    'forming.force'
-    """
+    """A variable that the run keeps; more than one element for structured variables."""
 
     component: str
     name: str
@@ -60,23 +54,6 @@ class Recorded:
 @dataclass
 class Wiring:
     """A system whose names are resolved and whose set-up was checked.
-
-    Attributes
-    ----------
-    descriptions : dict of str to FmuDescription
-        By component.
-    links : list of Link
-        Expanded connections.
-    starts : dict
-        By component: pairs of variable and start value.
-    recorded : list of Recorded
-        What the run keeps.
-    points : dict of str to int
-        Scalar friction FMUs that are fed by a vector, and its length: they run once a contact point.
-    sizes : dict of str to int
-        FMI 3.0 FMUs whose arrays took the length of what feeds them.
-    notes : list of str
-        A sentence for each input that nothing feeds.
 
     Examples
     --------
@@ -98,13 +75,15 @@ class Wiring:
     ([('table', 'friction', 'degC')], 4)
     """
 
-    descriptions: dict[str, FmuDescription]
-    links: list[Link] = field(default_factory=list)
-    starts: dict[str, list[Start]] = field(default_factory=dict)
+    descriptions: dict[str, FmuDescription]  # by component
+    links: list[Link] = field(default_factory=list)  # expanded connections
+    starts: dict[str, list[Start]] = field(default_factory=dict)  # by component
     recorded: list[Recorded] = field(default_factory=list)
+    #: Scalar friction FMUs that are fed by a vector, and its length: they run once a contact point.
     points: dict[str, int] = field(default_factory=dict)
+    #: FMI 3.0 FMUs whose arrays took the length of what feeds them.
     sizes: dict[str, int] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # a sentence for each input that nothing feeds
 
     def count(self, name: str) -> int:
         """Return for how many contact points a component runs an FMU made for one."""
@@ -112,14 +91,10 @@ class Wiring:
 
     @classmethod
     def of(cls, system: SystemDescription) -> Wiring:
-        """Open the FMUs of a system and resolve everything.
+        """Open the FMUs of a system and resolve everything; an error lists all problems.
 
-        Raises
-        ------
-        InputError
-            Lists all problems: unreadable FMUs, unknown names, units or lengths that do not fit,
-            inputs that are connected twice, or not at all where an output of the same name could feed them or no start
-            value is known.
+        These are unreadable FMUs, unknown names, units or lengths that do not fit, inputs that are connected twice, or
+        not at all where an output of the same name could feed them or no start value is known.
         """
         problems = _Problems()
         descriptions: dict[str, FmuDescription] = {}
@@ -230,7 +205,8 @@ class Wiring:
 
     def _unconnected(self) -> list[str]:
         fed = {(link.target, v.name) for link in self.links for v in link.targets}
-        fed |= {(name, q) for name in self.points for q in self._fed_points(name)}
+        points = [link for link in self.links if link.target in self.points]
+        fed |= {(link.target, v.name.rpartition("[")[0]) for link in points for v in link.targets}
         fed |= {(name, v.name) for name, pairs in self.starts.items() for v, _ in pairs}
         problems = []
         for name, description in self.descriptions.items():
@@ -250,9 +226,6 @@ class Wiring:
                     f"the input {what} is not connected and has no start value{guess or '; allowed: a connection or a start value'}"
                 )
         return problems
-
-    def _fed_points(self, name: str) -> set[str]:
-        return {v.name.rpartition("[")[0] for link in self.links if link.target == name for v in link.targets}
 
     def _source_like(self, base: str, target: str) -> str | None:
         for name, description in self.descriptions.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from friction_models.common import InputError
+from friction_models.loads import DataSet
 
 from ...jobs.job import Files, Inputs, Needs
 from ..models import load_data
@@ -20,8 +21,6 @@ def reduce(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str
 
     The tests held out stay all, so that errors beyond the reduced domain are seen.
     """
-    from friction_models.loads import DataSet
-
     data = load_data(files, needs)
     training = data.select("train").points
     middle = training.groupby("test_id", sort=True)[list(REDUCED_BY)].median()

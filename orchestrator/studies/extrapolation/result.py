@@ -37,11 +37,7 @@ class ReachedMu(TypedDict):
 
 
 class ExtrapolationRun(TypedDict, total=False):
-    """One run. Only `failed` is there where it was not made; what follows `tau_over_k` is missing without contact.
-
-    `states`: markers in contact, over all steps; `outside` and `outside_work`: share of the contact and of its
-    friction work beyond the trained domain; `distance`: of that share, in trained ranges.
-    """
+    """One run. Only `failed` is there where it was not made; what follows `tau_over_k` is missing without contact."""
 
     process: Required[str]
     level: Required[str]
@@ -55,11 +51,11 @@ class ExtrapolationRun(TypedDict, total=False):
     max_force_kN: float
     work_J: float
     tau_over_k: float
-    states: int
+    states: int  # markers in contact, over all steps
     friction_work_J: float
-    outside: float
-    outside_work: float
-    distance: Spread
+    outside: float  # share of the contact beyond the trained domain
+    outside_work: float  # its share of the friction work
+    distance: Spread  # of that share, in trained ranges
     mu: ReachedMu
     mu_zero: float
     loads: list[Exceedance]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_models.loads import FloatArray
+from friction_models.loads import LOAD_NAMES, FloatArray
 
 from ...comparison.level_runs import force_curve
 from ...force_curves.forces import compare_force
@@ -25,16 +25,13 @@ TAU_OVER_K = 0.6
 
 @dataclass(frozen=True)
 class FormingErrors:
-    """All results of the study.
-
-    `runs` are pairs of level and friction that were run and measured, `missing` counts those without a result;
-    `planned`: lubricant, process and name of every level of the study, with results or without.
-    """
+    """All results of the study."""
 
     synthetic: bool
     frictions: tuple[Friction, ...]
-    runs: tuple[RunError, ...]
-    missing: int
+    runs: tuple[RunError, ...]  # pairs of level and friction that were run and measured
+    missing: int  # number of pairs without a result
+    #: Lubricant, process and name of every level of the study, with results or without.
     planned: tuple[tuple[str, str, str], ...]
     models: tuple[ModelRow, ...]
 
@@ -214,7 +211,6 @@ def held_out(
     Loads are clamped to the trained domain, as the FMUs do.
     """
     from friction_models import load_model
-    from friction_models.loads import LOAD_NAMES
 
     found = {}
     for lubricant in study.plan.lubricants:

@@ -14,33 +14,19 @@ from ...force_curves.metrics import LevelSummary
 
 @dataclass(frozen=True)
 class RunError:
-    """One friction law on one level.
-
-    Attributes
-    ----------
-    T_tool, speed : float
-        Tool temperature [degC], punch speed [mm/s].
-    friction : str
-        Label of the friction law.
-    tau_over_k : float
-        Highest friction stress over shear yield stress.
-    outside, distance : float or None
-        Share of the markers in contact outside the trained domain, and their median distance from it in trained ranges.
-    timing : mapping
-        Seconds in friction, forming, master.
-    """
+    """One friction law on one level."""
 
     lubricant: str
     process: str
-    T_tool: float
-    speed: float
+    T_tool: float  # [degC]
+    speed: float  # of the punch [mm/s]
     level: str
-    friction: str
+    friction: str  # label of the friction law
     force: ForceComparison
-    tau_over_k: float
-    outside: float | None
-    distance: float | None
-    timing: Mapping[str, float] = field(repr=False)
+    tau_over_k: float  # highest friction stress over shear yield stress
+    outside: float | None  # share of the markers in contact outside the trained domain
+    distance: float | None  # their median distance from it, in trained ranges
+    timing: Mapping[str, float] = field(repr=False)  # seconds in friction, forming, master
 
     @property
     def friction_share(self) -> float:
@@ -76,23 +62,23 @@ class RunError:
 
 
 class ModelRow(TypedDict):
-    """A trained model; `mae_test` is its error on held-out tests, None without any."""
+    """A trained model."""
 
     lubricant: str
     family: str
-    mae_test: float | None
+    mae_test: float | None  # error on held-out tests, None without any
     points: int
     tests: int
 
 
 @dataclass(frozen=True)
 class Summary:
-    """One friction law over the levels of a group; of `planned` levels those that every friction law has."""
+    """One friction law over the levels of a group, those that every friction law has."""
 
     lubricant: str | None
     process: str | None
     friction: str
-    planned: int
+    planned: int  # levels of the group, with results or without
     max_force: LevelSummary
     work: LevelSummary
     tau_over_k: float
@@ -123,17 +109,13 @@ class Summary:
 
 @dataclass(frozen=True)
 class Change:
-    """Relative change of a friction law's error of the maximum force against constant friction, with uncertainty.
-
-    An empty `constant` stands for the mean over all constants. `mare` is the change of MARE, -0.5 is half the error;
-    `spread` that of the standard deviation over the levels, None for a single level, which has none.
-    """
+    """Relative change of a friction law's error of the maximum force against constant friction, with uncertainty."""
 
     friction: str
-    constant: str
-    mare: float
+    constant: str  # empty for the mean over all constants
+    mare: float  # change of MARE, -0.5 is half the error
     mare_std: float
-    spread: float | None
+    spread: float | None  # change of the standard deviation over the levels; a single level has none
     spread_std: float | None
 
     def to_dict(self) -> dict[str, str | float | None]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from friction_models.common import InputError
+from friction_models.common.cached_results import path_digest
 
 from ...comparison.level_runs import level_job
 from ...jobs.campaign import JobResult
@@ -23,30 +24,17 @@ QUICK_STROKES = {"fre": 5.0, "bce": 3.0}
 
 @dataclass(frozen=True)
 class Plan:
-    """What the study runs.
+    """What the study runs."""
 
-    Attributes
-    ----------
-    models, constants
-        Families that are trained, and constant coefficients of friction beside them.
-    conditions
-        Tool temperature [degC] and punch speed [mm/s] of the virtual press.
-    strokes
-        Punch travel [mm] by process.
-    tests, lubricants, seed
-        Of the virtual laboratory; `tests` is its plan of compression tests.
-    repeats
-        Strokes of the press a level.
-    """
-
-    models: tuple[str, ...] = ADVANCED
-    constants: tuple[float, ...] = CONSTANTS
+    models: tuple[str, ...] = ADVANCED  # families that are trained
+    constants: tuple[float, ...] = CONSTANTS  # coefficients of friction beside them
+    #: Tool temperature [degC] and punch speed [mm/s] of the virtual press.
     conditions: tuple[tuple[float, float], ...] = ()
-    strokes: Mapping[str, float] = field(default_factory=lambda: dict(STROKES))
+    strokes: Mapping[str, float] = field(default_factory=lambda: dict(STROKES))  # by process [mm]
     lubricants: tuple[str, ...] = VIRTUAL
-    tests: str = FULL_PLAN
-    repeats: int = 5
-    seed: int = 0
+    tests: str = FULL_PLAN  # plan of the compression tests of the virtual laboratory
+    repeats: int = 5  # strokes of the press a level
+    seed: int = 0  # of the virtual laboratory
 
     @classmethod
     def full(cls, seed: int = 0) -> Plan:
@@ -95,12 +83,9 @@ class Friction:
 
 @dataclass(frozen=True)
 class FormingErrorStudy(Study[Plan]):
-    """The study as jobs, and the names to find their results by.
+    """The study as jobs, and the names to find their results by."""
 
-    `virtual`: whether virtual laboratory and press stand in for measurements of one's own.
-    """
-
-    virtual: bool
+    virtual: bool  # whether virtual laboratory and press stand in for measurements of one's own
     levels: tuple[StudyLevel, ...]
     name = "forming-error"
 
@@ -119,12 +104,7 @@ class FormingErrorStudy(Study[Plan]):
         """Plan the study.
 
         `data` are one's own data sets by lubricant, `press` one's own press curves of the same lubricants
-        (`press_levels.chosen_press`); without them the virtual laboratory measures.
-
-        Raises
-        ------
-        InputError
-            Data without press curves or the other way round, and what their readers refuse.
+        (`press_levels.chosen_press`); without both the virtual laboratory measures.
         """
         if bool(data) != bool(press):
             given, other = ("--data", "--press") if data else ("--press", "--data")
@@ -167,8 +147,6 @@ class FormingErrorStudy(Study[Plan]):
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study: sizes, levels, and hashes of one's own press curves."""
-        from friction_models.common.cached_results import path_digest
-
         levels = [
             {
                 "lubricant": item.lubricant,

@@ -35,13 +35,6 @@ class LagSettings(TypedDict):
 class LagPlan(CoupledPlan):
     """What is compared; see `CoupledPlan`.
 
-    Attributes
-    ----------
-    steps : sequence of float
-        Communication steps [mm]; each divides the longest.
-    speed, T_tool : float
-        Level of the press: punch speed [mm/s], tool temperature [degC].
-
     Examples
     --------
     >>> plan = LagPlan(models=("linear",), processes=("fre",), steps=(0.1, 0.2))
@@ -54,9 +47,9 @@ class LagPlan(CoupledPlan):
     """
 
     models: Sequence[str] = ("polynomial", "ffnn")
-    steps: Sequence[float] = (0.05, 0.1, 0.2, 0.4, 0.8)
-    speed: float = SPEED
-    T_tool: float = T_TOOL
+    steps: Sequence[float] = (0.05, 0.1, 0.2, 0.4, 0.8)  # communication steps [mm]; each divides the longest
+    speed: float = SPEED  # of the punch [mm/s]
+    T_tool: float = T_TOOL  # [degC]
 
     def __post_init__(self) -> None:
         super().__post_init__()

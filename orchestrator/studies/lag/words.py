@@ -7,10 +7,11 @@ from .result import LagNumbers
 
 def headline(numbers: LagNumbers) -> str:
     """Return what the lag changes at most, in one line."""
-    lagging = [
-        (r["step_mm"], r["lag"]) for r in numbers["rows"] if r["mode"] == "gauss_seidel" and r.get("lag")
+    found = [
+        (r["step_mm"], lag)
+        for r in numbers["rows"]
+        if r["mode"] == "gauss_seidel" and (lag := r.get("lag")) is not None
     ]
-    found = [(step, lag) for step, lag in lagging if lag is not None]
     if not found:
         return "One-step lag: no pair of runs to compare"
     work = max(abs(lag["work_pct"]) for _, lag in found)

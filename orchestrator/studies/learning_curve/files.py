@@ -123,11 +123,7 @@ def _points(curves: LearningCurves) -> Iterable[dict[str, object]]:
 
 def _needed(curves: LearningCurves) -> Iterable[dict[str, object]]:
     for c in (*curves.comparisons, *curves.apart, *curves.strict):
-        row: dict[str, object] = {"lubricant": c.lubricant, "model": c.model, "accuracy": c.accuracy}
-        for collection, needed in (
-            ("time_series", c.series),
-            ("average", c.average),
-            ("average_judged_by_averages", c.own),
-        ):
-            row |= {f"{collection}_{name}": getattr(needed, name) for name in _NEEDED}
-        yield {**row, "share_fewer": c.fewer, "share_more": c.more, "verdict": c.verdict}
+        row: dict[str, object] = {}
+        for key, value in _comparison(c).items():
+            row |= {f"{key}_{n}": value[n] for n in _NEEDED} if isinstance(value, dict) else {key: value}
+        yield row

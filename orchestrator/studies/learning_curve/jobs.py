@@ -6,20 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
+import pandas as pd
 
 from friction_models.loads import LOAD_NAMES, FloatArray
+from friction_models.models.base import FrictionModel
+from friction_models.training import best_parameters, fit_all, growing_sets
 
 from ...jobs.campaign import JobResult
 from ...jobs.job import Files, Needs
 from ..measurements import load_measurements
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from friction_models.models.base import FrictionModel
 
 #: The two ways to make training data of a test.
 SERIES, AVERAGE = "time-series", "average"
@@ -55,18 +53,15 @@ class LearnInputs(FactsInputs):
 
 
 class Point(TypedDict):
-    """Errors of one model at one size of the training set.
-
-    `errors` and `errors_averages` hold for each repeat what every held-out test contributes, by its time series and
-    by its averages; their mean is the MAE (`Collection.errors`). `parameters` are those that the `search` chose.
-    """
+    """Errors of one model at one size of the training set."""
 
     model: str
     tests: int
     points: int
-    parameters: dict[str, object]
+    parameters: dict[str, object]  # that the search chose
+    #: For each repeat what every held-out test contributes by its time series; their mean is the MAE (`Collection.errors`).
     errors: list[list[float]]
-    errors_averages: list[list[float]]
+    errors_averages: list[list[float]]  # the same by their averages
     search: NotRequired[list[dict[str, object]]]
 
 
@@ -97,8 +92,6 @@ class DataFacts(TypedDict):
 
 def learn(inputs: LearnInputs, files: Files, needs: Needs, folder: Path) -> dict[str, list[Point]]:
     """Fit models to training sets of some sizes, for all repeats; ``curves`` are the errors by model and size."""
-    from friction_models.training import growing_sets
-
     (result,) = needs.values()
     data = Collection.of(result, inputs["collection"], inputs["thin"])
     sets = growing_sets(data.tests, inputs["repeats"], inputs["seed"])
@@ -145,16 +138,12 @@ def facts(inputs: FactsInputs, files: Files, needs: Needs, folder: Path) -> Data
 
 @dataclass(frozen=True)
 class Collection:
-    """Training points of one data collection, and the held-out tests that judge both.
+    """Training points of one data collection, and the held-out tests that judge both."""
 
-    `training` are thinned time series, or one average point a test in which the loads `not_varied` by the plan are
-    constant; `judge` and `averages` are time series and averages of the held-out tests.
-    """
-
-    training: pd.DataFrame
-    judge: pd.DataFrame
-    averages: pd.DataFrame
-    not_varied: list[str] = field(default_factory=list)
+    training: pd.DataFrame  # thinned time series, or one average point a test
+    judge: pd.DataFrame  # time series of the held-out tests
+    averages: pd.DataFrame  # their averages
+    not_varied: list[str] = field(default_factory=list)  # loads that the plan did not vary: constant
 
     @property
     def tests(self) -> list[str]:
@@ -189,8 +178,6 @@ class Collection:
 
 def _point(data: Collection, name: str, sets: list[list[str]], inputs: LearnInputs) -> Point:
     """Return the errors of one model at one size of the training set."""
-    from friction_models.training import fit_all
-
     parts = [data.training[data.training["test_id"].isin(tests)] for tests in sets]
     laws: Sequence[FrictionModel | float]
     best: dict[str, object] = {}
@@ -219,8 +206,6 @@ def _search(
     name: str, part: pd.DataFrame, tests: int, inputs: LearnInputs
 ) -> tuple[dict[str, object], list[dict[str, object]]]:
     """Return the best parameters by cross-validation over whole tests on the first repeat's training set."""
-    from friction_models.training import best_parameters
-
     grid = inputs["grid"].get(name, {})
     if not grid:
         return {}, []

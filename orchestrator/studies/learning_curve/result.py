@@ -30,10 +30,6 @@ NO_DIFFERENCE, AT_ONCE = "no clear difference", "both at once"
 class Curve:
     """Errors of one model over the size of its training set.
 
-    `points` are those of the first repeat. `parts` and `averages`, of shape (repeats, sizes, tests), hold what each
-    held-out test contributes to the MAE on time series, and on averages; the mean over tests is the MAE.
-    `parameters`: what the search chose at each size.
-
     Examples
     --------
     One repeat, two sizes and two held-out tests:
@@ -48,10 +44,11 @@ class Curve:
     collection: str
     model: str
     sizes: tuple[int, ...]
-    points: tuple[int, ...]
+    points: tuple[int, ...]  # of the first repeat
+    #: What each held-out test contributes to the MAE on time series, shape (repeats, sizes, tests); their mean is the MAE.
     parts: FloatArray
-    averages: FloatArray
-    parameters: tuple[dict[str, object], ...]
+    averages: FloatArray  # the same on averages
+    parameters: tuple[dict[str, object], ...]  # that the search chose at each size
 
     @classmethod
     def of(cls, lubricant: str, collection: str, model: str, entries: Sequence[Point]) -> Curve:
@@ -97,22 +94,17 @@ class Curve:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Time-series-based against average-based data for one model, lubricant and accuracy.
-
-    `own` is that of the average-based data where the averages of the held-out tests judge it instead of their time
-    series. `fewer` and `more`: shares of the resamples in which the time series needs fewer, or more, tests.
-    `judged`: whether there are sizes and held-out tests enough to tell the collections apart.
-    """
+    """Time-series-based against average-based data for one model, lubricant and accuracy."""
 
     lubricant: str
     model: str
     accuracy: float
     series: NeededTests
     average: NeededTests
-    own: NeededTests
-    fewer: float
-    more: float
-    judged: bool
+    own: NeededTests  # of the average-based data, judged by the averages of the held-out tests instead of their series
+    fewer: float  # share of the resamples in which the time series needs fewer tests
+    more: float  # share of those in which it needs more
+    judged: bool  # whether there are sizes and held-out tests enough to tell the collections apart
 
     @property
     def verdict(self) -> str:
@@ -131,17 +123,14 @@ class Comparison:
 
 @dataclass(frozen=True)
 class LearningCurves:
-    """All curves of the study.
-
-    `missing`: jobs without a result. `virtual`: whether the virtual laboratory of the study measured, and not the user.
-    """
+    """All curves of the study."""
 
     curves: tuple[Curve, ...]
     facts: Mapping[str, DataFacts]
     accuracy: float
     repeats: int
-    missing: int = 0
-    virtual: bool = False
+    missing: int = 0  # jobs without a result
+    virtual: bool = False  # whether the virtual laboratory of the study measured, and not the user
 
     @classmethod
     def of(cls, study: LearningCurveStudy, results: Mapping[str, JobResult]) -> LearningCurves:

@@ -10,7 +10,7 @@ from typing import Any
 from friction_models.common import InputError
 
 from ...jobs.campaign import Job
-from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
+from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name, read_own
 from ..models import ADVANCED
 from ..study import Study
 from .jobs import AVERAGE, MEAN, SERIES, FactsInputs, LearnInputs, Parameters, learn
@@ -43,42 +43,20 @@ NETWORK_SECONDS, NETWORK_SECONDS_A_TEST = 10.0, 0.45
 
 @dataclass(frozen=True)
 class LearningCurvePlan:
-    """What the study fits.
+    """What the study fits."""
 
-    Attributes
-    ----------
-    sizes
-        Numbers of training tests; those beyond the data are left out, and all tests are the last.
-    repeats
-        Random orders in which the training set grows.
-    models
-        Families; the mean of the training tests is always beside them.
-    thin, search_thin
-        Every so many points of a time series are learned from; in the search, of these again every so many.
-    steps
-        Steps of the optimiser of a network, whatever the size of the training set.
-    parameters, grids
-        Parameters of models that are other than those of `train`, and those to search by data collection and model.
-    accuracy
-        Error in mu that is asked for.
-    tests, lubricants
-        Of the virtual laboratory; `tests` is its plan.
-    seed
-        Of the laboratory, of the training sets and of the models.
-    """
-
-    sizes: tuple[int, ...] = SIZES
-    repeats: int = 10
-    models: tuple[str, ...] = ADVANCED
-    thin: int = 1
-    search_thin: int = 25
-    steps: int = 3200
-    parameters: Parameters = field(default_factory=dict)
+    sizes: tuple[int, ...] = SIZES  # numbers of training tests within the data; all of them are the last
+    repeats: int = 10  # random orders in which the training set grows
+    models: tuple[str, ...] = ADVANCED  # families; the mean of the training tests is always beside them
+    thin: int = 1  # every so many points of a time series are learned from
+    search_thin: int = 25  # in the search, of these again every so many
+    steps: int = 3200  # of the optimiser of a network, whatever the size of the training set
+    parameters: Parameters = field(default_factory=dict)  # other than those of `train`
     grids: Grids = field(default_factory=lambda: GRIDS)
-    accuracy: float = ACCURACY
-    tests: str = FULL_PLAN
-    lubricants: tuple[str, ...] = VIRTUAL
-    seed: int = 0
+    accuracy: float = ACCURACY  # error in mu that is asked for
+    tests: str = FULL_PLAN  # plan of the virtual laboratory
+    lubricants: tuple[str, ...] = VIRTUAL  # of the virtual laboratory
+    seed: int = 0  # of the laboratory, of the training sets and of the models
 
     @classmethod
     def quick(cls, seed: int = 0) -> LearningCurvePlan:
@@ -94,27 +72,17 @@ class LearningCurvePlan:
 
 @dataclass(frozen=True)
 class LearningCurveStudy(Study[LearningCurvePlan]):
-    """The study as jobs, and the names to find their results by.
+    """The study as jobs, and the names to find their results by."""
 
-    `curves` are the names of the jobs by lubricant and data collection, `facts` those that describe the data of a
-    lubricant; `virtual`: whether the virtual laboratory measures.
-    """
-
-    curves: Mapping[tuple[str, str], tuple[str, ...]]
-    facts: Mapping[str, str]
-    virtual: bool
+    curves: Mapping[tuple[str, str], tuple[str, ...]]  # names of jobs by lubricant and data collection
+    facts: Mapping[str, str]  # names of the jobs that describe the data of a lubricant
+    virtual: bool  # whether the virtual laboratory measures
     name = "learning-curve"
     seeds = "study"
 
     @classmethod
     def of(cls, plan: LearningCurvePlan, data: Mapping[str, Path] | None = None) -> LearningCurveStudy:
-        """Plan the jobs, on one's own data sets by lubricant or on those of the virtual laboratory.
-
-        Raises
-        ------
-        InputError
-            Data sets that cannot be used, or with too few training tests.
-        """
+        """Plan the jobs, on one's own data sets by lubricant or on those of the virtual laboratory."""
         if data is not None:
             plan = replace(plan, lubricants=tuple(data))
         measured = data_jobs(data, plan.lubricants, plan.tests, plan.seed)
@@ -144,8 +112,6 @@ class LearningCurveStudy(Study[LearningCurvePlan]):
 def _training_tests(plan: LearningCurvePlan, place: Path | None) -> int:
     """Return how many training tests there are, the largest size."""
     from sct_twin.virtual_lab.plans import parse_plan
-
-    from ..measurements import read_own
 
     if place is None:
         return parse_plan(plan.tests)[0].count
