@@ -103,6 +103,10 @@ class CaseResult:
         return any(row.verdict == "fail" for row in self.rows)
 
 
+#: Runs a case and returns its rows, or an `Outcome`.
+Compute = Callable[[], list[Row] | Outcome]
+
+
 @dataclass(frozen=True)
 class Case:
     """A verification case."""
@@ -113,8 +117,7 @@ class Case:
     group: str
     #: The set-up in one sentence.
     title: str
-    #: Runs it and returns its rows, or an `Outcome`.
-    compute: Callable[[], list[Row] | Outcome]
+    compute: Compute
     #: Takes at most a few seconds.
     fast: bool = True
 
@@ -128,6 +131,17 @@ class Case:
         outcome = found if isinstance(found, Outcome) else Outcome(found)
         rows = [replace(row, case=self.name) for row in outcome.rows]
         return CaseResult(self, rows, outcome.details, time.perf_counter() - start)
+
+
+def case(cases: list[Case], name: str, group: str, fast: bool = True) -> Callable[[Compute], Compute]:
+    """Add a function to `cases`; its docstring, the set-up in one sentence, is the title."""
+
+    def add(compute: Compute) -> Compute:
+        title = " ".join((compute.__doc__ or "").split())
+        cases.append(Case(name, group, title, compute, fast))
+        return compute
+
+    return add
 
 
 #: Published coefficients of 16MnCr5, kept apart from the product's: A [MPa], m1 [1/K], m2, m3, m4.

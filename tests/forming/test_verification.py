@@ -131,7 +131,7 @@ def test_ring_meets_calculix_or_says_that_it_is_skipped():
 @pytest.mark.usefixtures("once")
 def test_calculix_gives_what_was_kept_of_it():
     found = calculix.compress(ring.in_calculix(0.1))
-    kept = ring.KEPT[0.1].values
+    kept = ring.KEPT[0.1]
     assert found.force == pytest.approx(kept["force"], rel=2e-3)
     assert found.bore_middle == pytest.approx(kept["bore_middle"], rel=2e-3)
     # The bore first grows a little, then shrinks; its last entry is that of the end.
@@ -143,7 +143,7 @@ def test_without_calculix_the_rows_are_skipped_and_say_so(monkeypatch):
     monkeypatch.setattr(calculix.shutil, "which", lambda name: None)
     result = by_name("ring-calculix").run()
     first = result.rows[0]
-    assert first.verdict == "skipped" and first.reference == ring.KEPT[0.1].values["force"]
+    assert first.verdict == "skipped" and first.reference == ring.KEPT[0.1]["force"]
     assert "not installed" in first.note and "value kept from 2026-" in first.source
     table = text_table([result])
     assert "skipped" in table and "calculix-ccx" in table and "2 skipped" in summary([result])
