@@ -18,7 +18,8 @@ from ..records.record import SctRecord, usual_step
 from ..signals.filters import spike_rows
 from ..signals.force_zero import Zeros
 from ..signals.phases import TIMES, PhaseTimes
-from ..signals.sliding_phase import BREAK_AWAY, TestSignals, process, resample
+from ..signals.sliding_phase import BREAK_AWAY, TestSignals, process
+from ..signals.sliding_series import resample
 
 #: Metadata that says how a test was run: tests that agree in all of them are repeats.
 SETTINGS = (

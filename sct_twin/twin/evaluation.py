@@ -16,7 +16,8 @@ from ..ingest.raw_campaign import RawCampaign
 from ..records.cells import Cell
 from ..records.record import SctRecord
 from ..signals.filters import smooth
-from ..signals.sliding_phase import TestSignals, process, resample
+from ..signals.sliding_phase import TestSignals, process
+from ..signals.sliding_series import resample
 from .contact_diameter import measured_diameter
 from .contact_reading import ContactReading
 from .heat.sliding import TemperatureHistory, rest, slide

@@ -13,8 +13,8 @@ from friction_models.common import InputError
 from sct_twin import SctRecord
 from sct_twin.signals.filters import integral, running_mean, spike_rows
 from sct_twin.signals.motion import Motion
-from sct_twin.signals.sliding_phase import process, resample
-from sct_twin.signals.sliding_series import Bins
+from sct_twin.signals.sliding_phase import process
+from sct_twin.signals.sliding_series import Bins, resample
 
 Maker = Callable[..., SctRecord]
 
