@@ -32,20 +32,21 @@ DIFFERS = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredContact:
-    """An upsetting run after its comparison with a measured contact diameter."""
+class FoundContact:
+    """The upsetting run of a test as it is to be read, and how a measured contact diameter was used for that."""
 
-    #: The run as it is to be read.
     upsetting: UpsettingRun
     #: ``"force and area"``: the run is read at the force at which its area is the measured one; ``"area"``:
     #: the area is the measured one, all else is read at the measured force; ``"compared"``: the bore is
-    #: filled and the run stays; ``"not used"``.
-    use: str
-    #: Why it does not fit; empty where it does.
+    #: filled and the run stays; ``"not used"``; empty: no diameter was measured.
+    use: str = ""
+    #: Why the diameter does not fit; empty where it does.
     remark: str = ""
 
     def summary(self) -> dict[str, float | str]:
-        """Return the columns that it adds to the test table."""
+        """Return the columns that a measured diameter adds to the test table."""
+        if not self.use:
+            return {}
         return {
             "flow_stress_ratio": round(self.upsetting.flow_stress, 5),
             USE: self.use,
@@ -72,7 +73,7 @@ def measured_diameter(record: SctRecord, punch: PunchGeometry) -> float | None:
 
 def read_at_diameter(
     run_to: Callable[[float], UpsettingRun], force: float, diameter: float, punch: PunchGeometry
-) -> MeasuredContact:
+) -> FoundContact:
     """Return the run, read so that the contact under a force has the measured diameter.
 
     A contact under the force F of a specimen whose flow stress is f times that of the run is the contact
@@ -103,19 +104,19 @@ def read_at_diameter(
             wanted = min(diameter, float(diameters[-1]))
         if diameters[0] <= wanted <= diameters[-1]:
             at = float(np.interp(wanted, diameters, forces))
-            return MeasuredContact(replace(upsetting, flow_stress=force / at), FORCE_AND_AREA)
+            return FoundContact(replace(upsetting, flow_stress=force / at), FORCE_AND_AREA)
         low, high = min(low, float(diameters[0])), max(high, float(diameters[-1]))
     if not near:
-        return MeasuredContact(
+        return FoundContact(
             upsetting,
             "not used",
             f"{COLUMN} = {diameter:g} mm; allowed: {low:.2f} to {high:.2f} mm for this specimen under "
             f"{force * 1e-3:.1f} kN, by which it has {expected:.2f} mm; the measured one was not used",
         )
     if filled:
-        return MeasuredContact(upsetting, "compared")
+        return FoundContact(upsetting, "compared")
     factor = (min(diameter, bore) / expected) ** 2
-    return MeasuredContact(replace(upsetting, area_factor=factor), AREA)
+    return FoundContact(replace(upsetting, area_factor=factor), AREA)
 
 
 def _relation(upsetting: UpsettingRun, force: float) -> tuple[FloatArray, FloatArray]:

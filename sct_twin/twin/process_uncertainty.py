@@ -90,10 +90,9 @@ def process_uncertainties(
         return read(UpsettingRun(known_upset(other, "SCT process"), other))
 
     loads = driven(replace(process.thermal, cells=min(COARSE, process.thermal.cells)))
-    sizes = case.punch.specimen_diameter, case.punch.bore_diameter
     others = [
         read(replace(usual, flow_stress=1.0 + given.flow_stress)),
-        *other_dimensions(usual, force, upset_to, sizes, given.diameter),
+        *other_dimensions(usual, force, upset_to, given.diameter),
         *other_friction(at_friction, case.mu, given),
     ]
     state = usual.at(upset_to)

@@ -186,42 +186,8 @@ def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:
     return 1.0 - 1.0 / math.sqrt(1.0 + 3.0 * mu * mu)
 
 
-def upset_specimen(
-    punch: PunchGeometry,
-    t: FloatArray,
-    F_n: FloatArray,
-    highest: float,
-    material: Material,
-    mu: float,
-    T_specimen: float,
-    T_tool: float,
-    mesh_size: float,
-    where: str,
-) -> UpsettingRun:
-    """Upset under a measured force history [s], [N] and up to the highest force of the test [N].
-
-    The punch speed is the one that makes upsetting last as long as it did, to half a power of two: the
-    flow stress knows the history through it (with an exponent of 0.025), everything else is a function of
-    the force.
-
-    Raises InputError: the force cannot be reached with this specimen.
-    """
-    reached = float(np.max(F_n))
-
-    force = run_force(max(reached, highest))
-    usual = UpsettingCase(punch, force, mesh_size, material, mu, T_specimen, T_tool)
-    result, case = known_upset(usual, where), usual
-    stroke = float(result.height[0] - local_fit(result.force, result.height, reached))
-    factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
-    if not 0.5 < factor < 2.0:
-        speed = SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6))
-        case = replace(usual, speed=speed)
-        result = known_upset(case, where)
-    return UpsettingRun(result, case)
-
-
 def known_upset(case: UpsettingCase, where: str) -> UpsettingResult:
-    """Return `robust_upset`, from this process's memory where the same was asked before."""
+    """Return `robust_upset`, from this process's memory where the same was asked before; its errors begin with `where`."""
     try:
         return _remembered(case)
     except InputError as error:
@@ -236,10 +202,10 @@ def run_force(highest: float) -> float:
     return float(1.1 ** math.ceil(math.log(1.1 * highest) / math.log(1.1)))
 
 
-def robust_upset(case: UpsettingCase, where: str = "") -> UpsettingResult:
+def robust_upset(case: UpsettingCase) -> UpsettingResult:
     """Upset up to the force; where a fold closes badly, another mesh usually gets through.
 
-    Raises InputError: no mesh reaches the force; the message begins with `where`.
+    Raises InputError: no mesh reaches the force.
     """
     message = ""
     largest = case.punch.specimen_diameter / 8.0
@@ -249,7 +215,7 @@ def robust_upset(case: UpsettingCase, where: str = "") -> UpsettingResult:
             return result
         message = message or result.message
     raise InputError(
-        f"{where}upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
+        f"upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
     )
 
 
