@@ -64,11 +64,8 @@ class SpecimenRun:
     pressure: FloatArray
 
 
-def upset_specimen(case: Upsetting, where: str = "virtual laboratory: ") -> SpecimenRun:
-    """Upset a specimen until the force is reached.
-
-    Raises InputError: the specimen cannot carry the force; the message begins with `where`.
-    """
+def upset_specimen(case: Upsetting) -> SpecimenRun:
+    """Upset a specimen until the force is reached. Raises InputError: it cannot carry the force."""
     message = ""
     largest = case.punch.specimen_diameter / 8.0
     for factor in SIZES:
@@ -77,7 +74,7 @@ def upset_specimen(case: Upsetting, where: str = "virtual laboratory: ") -> Spec
             return run.result()
         message = message or run.message
     raise InputError(
-        f"{where}upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
+        f"virtual laboratory: upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
     )
 
 
