@@ -41,7 +41,6 @@ class Compression:
     outer: float
     inner: float
     height: float
-    #: Coefficient of friction.
     mu: float
     #: Elements across the wall and over half the height.
     columns: int
@@ -54,14 +53,13 @@ class Compression:
 
 @dataclass(frozen=True)
 class CompressionResult:
-    """Force at the end [kN], bore in the middle and bore of equal volume [mm] (NaN for a cylinder), version.
+    """Force at the end [kN], bore in the middle [mm] (NaN for a cylinder), version.
 
     `history` has one row an increment: reduction of the height, bore of equal volume [mm]; none for a cylinder.
     """
 
     force: float
     bore_middle: float
-    bore: float
     version: str
     history: FloatArray
 
@@ -244,7 +242,7 @@ def _read(setup: Compression, text: str, program_version: str) -> CompressionRes
         raise CalculixError(f"CalculiX stopped at {100.0 * reached:.1f} % of the stroke")
     force = -float(lines[forces[-1] + 2].split()[1]) * WEDGES * 1e-3
     if setup.inner == 0.0:
-        return CompressionResult(force, np.nan, np.nan, program_version, np.empty((0, 2)))
+        return CompressionResult(force, np.nan, program_version, np.empty((0, 2)))
     nodes = _bore_nodes(setup)
     start = {n: np.array([r, z]) for n, r, z in _grid(setup)}
     history = [(0.0, setup.inner)]
@@ -257,4 +255,4 @@ def _read(setup: Compression, text: str, program_version: str) -> CompressionRes
         levels = half * (np.arange(200) + 0.5) / 200.0
         radius = np.interp(levels, profile[:, 1], profile[:, 0])
         history.append((1.0 - 2.0 * half / setup.height, float(np.sqrt((radius**2).mean()))))
-    return CompressionResult(force, float(profile[0, 0]), history[-1][1], program_version, np.array(history))
+    return CompressionResult(force, float(profile[0, 0]), program_version, np.array(history))

@@ -57,9 +57,9 @@ class ThermalBody:
         """Return the thermal diffusivity [mm2/s] at a temperature."""
         return float(value_at(self.conductivity, T) / value_at(self.capacity, T))
 
-    def effusivity(self, T: float = 20.0) -> float:
-        """Return sqrt(conductivity capacity) [N/(mm sqrt(s) K)] at a temperature."""
-        return float(np.sqrt(value_at(self.conductivity, T) * value_at(self.capacity, T)))
+    def effusivity(self) -> float:
+        """Return sqrt(conductivity capacity) [N/(mm sqrt(s) K)] at 20 degC."""
+        return float(np.sqrt(value_at(self.conductivity, 20.0) * value_at(self.capacity, 20.0)))
 
     def heat(self, T0: float, T: npt.ArrayLike) -> FloatArray:
         """Return the heat per volume [N/mm2] between a temperature and others."""
