@@ -23,8 +23,6 @@ from .hidden import LawInput
 class Lubricant:
     """A base law.
 
-    Examples
-    --------
     >>> sorted(LUBRICANTS)
     ['mos2', 'polymer']
     >>> one = np.ones(1)
@@ -127,8 +125,6 @@ def lubricant_named(name: str) -> Lubricant:
 
     Raises InputError: not one of `LUBRICANTS`.
 
-    Examples
-    --------
     >>> lubricant_named("mos2").upsetting_mu
     0.081
     """
