@@ -121,9 +121,7 @@ LUBRICANTS: dict[str, Lubricant] = {
 
 
 def lubricant_named(name: str) -> Lubricant:
-    """Return a lubricant.
-
-    Raises InputError: not one of `LUBRICANTS`.
+    """Return a lubricant. Raises InputError: not one of `LUBRICANTS`.
 
     >>> lubricant_named("mos2").upsetting_mu
     0.081
