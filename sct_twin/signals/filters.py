@@ -40,8 +40,8 @@ def can_smooth(count: int, dt: float, corner: float) -> bool:
 def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArray:
     """Low-pass without phase shift: Butterworth of second order, forwards and backwards.
 
-    At the `corner` [Hz] half of the amplitude is left. Where the rate or the number of samples is too low for it, the
-    values themselves are returned.
+    Samples are `dt` [s] apart; at the `corner` [Hz] half of the amplitude is left. Where the rate or the number of samples
+    is too low for it, the values themselves are returned.
     """
     if not can_smooth(len(values), dt, corner):
         return values
@@ -154,7 +154,7 @@ def without(values: FloatArray, rows: np.ndarray) -> FloatArray:
 
 
 def low_pass(values: FloatArray, dt: float, corner: float, padding: int) -> FloatArray:
-    """Return equally spaced samples after the filter; the corner [Hz] is below half the sampling rate.
+    """Return samples, `dt` [s] apart, after the filter; the corner [Hz] is below half the sampling rate.
 
     - `padding`: samples by which the signal is continued at both ends, mirrored at its end points; below n.
 

@@ -53,6 +53,7 @@ def force_zeros(
 ) -> Zeros:
     """Return the zeros of both cells, linear in time where both ends of the test are seen.
 
+    - `t`, `F_n`, `F_r`, shape (n,): time [s] and readings [N].
     - `motion`: says when the plate stands: a plate that is driven back needs a force.
     - `load_start`, `end`: first sample under load, first sample after sliding.
     - `stated`: whether the start of the load is stated and needs no margin.
