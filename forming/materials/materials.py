@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, fields, replace
+from dataclasses import MISSING, fields, replace
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -22,8 +22,6 @@ def material_from_dict(content: Mapping[str, Any]) -> Material:
 
     Raises InputError: an unknown kind or parameter, a missing one, or a value outside its limits.
 
-    Examples
-    --------
     >>> material_from_dict({"kind": "PowerLaw", "yield_stress": 400.0, "name": "soft"}).name
     'soft'
     >>> steel = steel_16MnCr5()
@@ -38,27 +36,17 @@ def material_from_dict(content: Mapping[str, Any]) -> Material:
     for name in given:
         if name not in known:
             raise unknown_name("parameter of a material", name, known)
-    missing = [f.name for f in fields(KINDS[kind]) if f.name not in given and _needed(f)]
-    if missing:
-        raise InputError(f"material: {missing[0]} is missing; allowed: a value for it")
+    for f in fields(KINDS[kind]):
+        if f.name not in given and f.default is MISSING and f.default_factory is MISSING:
+            raise InputError(f"material: {f.name} is missing; allowed: a value for it")
     return KINDS[kind](**given)
-
-
-def _needed(f: Field[Any]) -> bool:
-    return f.default is MISSING and f.default_factory is MISSING
 
 
 def load(source: str | os.PathLike[str]) -> Material:
     """Return a material by the name of a shipped file (``"16MnCr5"``, ``"1.2379"``) or the path of a YAML file.
 
-    Raises
-    ------
-    InputError
-        No such material or file, or a file that cannot be used; the message names key, value and what is
-        allowed.
+    Raises InputError: no such material or file, or a file that cannot be used; names key, value and what is allowed.
 
-    Examples
-    --------
     >>> load("16MnCr5").name
     '16MnCr5'
     >>> load("16MnCr")
@@ -80,8 +68,6 @@ def as_material(material: MaterialSource, name: str = "material") -> Material:
 
     Raises InputError: something else, or see `load`.
 
-    Examples
-    --------
     >>> as_material("1.2379").name
     '1.2379'
     >>> as_material(None) == steel_16MnCr5()

@@ -29,8 +29,6 @@ _LARGEST = 2_000_000_000
 class FieldHistory:
     """The snapshots of a run, in order of their strokes.
 
-    Examples
-    --------
     >>> from friction_models import InputError
     >>> empty = FieldHistory(())
     >>> len(empty)
@@ -55,10 +53,7 @@ class FieldHistory:
     def at(self, stroke: float | None = None) -> Snapshot:
         """Return the snapshot nearest to `stroke` [mm], the last one for None.
 
-        Raises
-        ------
-        InputError
-            There is none at all, or `stroke` is not a number.
+        Raises InputError: there is none at all, or `stroke` is not a number.
         """
         if not self.snapshots:
             raise InputError("forming: no snapshots were kept; run with snapshots=20, for example")
@@ -92,8 +87,7 @@ class FieldHistory:
             "tools": np.array(sorted({name for s in self.snapshots for name in s.tools}), dtype=np.str_),
         }
         for k, s in enumerate(self.snapshots):
-            for name in ARRAYS:
-                arrays[f"{k}.{name}"] = getattr(s, name)
+            arrays |= {f"{k}.{name}": getattr(s, name) for name in ARRAYS}
             arrays |= {f"{k}.tool.{name}": chain for name, chain in s.tools.items()}
         with atomic_path(path) as place, place.open("wb") as stream:
             np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
@@ -103,10 +97,7 @@ class FieldHistory:
     def load(cls, path: str | os.PathLike[str]) -> FieldHistory:
         """Read what `save` wrote, or all snapshots ``0000.npz``, ``0001.npz`` ... of a folder.
 
-        Raises
-        ------
-        InputError
-            Not such a file, or a damaged one.
+        Raises InputError: not such a file, or a damaged one.
         """
         if os.path.isdir(path):
             files = sorted(Path(path).glob("[0-9][0-9][0-9][0-9].npz"))[:MOST]

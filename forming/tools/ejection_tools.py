@@ -22,8 +22,6 @@ EDGE = 0.05
 class Stage:
     """One motion.
 
-    Examples
-    --------
     >>> stage = Stage("withdraw", tools=(), mover="punch", longest=20.0, clear=0.5)
     >>> stage.mover, stage.longest, stage.opening
     ('punch', 20.0, None)
@@ -88,14 +86,11 @@ def opened(container: Tool, radius: float, top: float) -> Tool:
 class GripPatch:
     """A part of the surface that a tool at rest holds after unloading.
 
-    Examples
-    --------
     >>> patch = GripPatch("container", 10.0, 10.0, 0.0, 5.0, pressure=50.0, friction=1.25)
     >>> patch.tool, patch.z_high - patch.z_low
     ('container', 5.0)
     """
 
-    #: Which tool.
     tool: str
     #: Where it is [mm].
     r_low: float
@@ -121,18 +116,9 @@ def grip_patches(simulation: Simulation) -> tuple[GripPatch, ...]:
             if not len(patch):
                 continue
             force = 2.0 * math.pi * table[patch, PRESSURE] * state.weights[patch]
-            (r_low, z_low), (r_high, z_high) = surface[patch].min(axis=0), surface[patch].max(axis=0)
-            area = 2.0 * math.pi * float(state.weights[patch].sum())
+            r, z = surface[patch].T
+            place = float(r.min()), float(r.max()), float(z.min()), float(z.max())
+            pressure = float(force.sum()) / (2.0 * math.pi * float(state.weights[patch].sum()))
             axial = float((mu[patch] * force * np.abs(table[patch, NORMAL_R])).sum())
-            found.append(
-                GripPatch(
-                    tool.name,
-                    float(r_low),
-                    float(r_high),
-                    float(z_low),
-                    float(z_high),
-                    float(force.sum()) / area,
-                    axial * 1e-3,
-                )
-            )
+            found.append(GripPatch(tool.name, *place, pressure, axial * 1e-3))
     return tuple(found)

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 
-from ..fe.simulation import Simulation
-from ..processes.forward_rod_extrusion import ForwardRodExtrusion
 from ..processes.upsetting import Upsetting
-from .case import Case, Row, finished, published_flow_stress
+from .case import Case, Row, case, finished, published_flow_stress
+from .extrusion import IsothermalRod
 from .ring_closed_form import perfectly_plastic
 
 GROUP = "Extrusion"
@@ -26,13 +25,7 @@ SIEBEL, ESTIMATE = ((14.14, 30.0), (14.14, 45.0), (16.0, 30.0)), 20.0
 DISCS, LOSS = ((20.0, 10.0, 0.2), (20.0, 5.0, 0.2), (30.0, 5.0, 0.3), (30.0, 5.0, 0.1)), 0.1
 #: Stroke after which the rods have left the die, and how far on the mean of the force is taken [mm].
 OUT, LENGTH = 7.0, 2.0
-
-
-class _Isothermal(ForwardRodExtrusion):
-    def _build(self) -> Simulation:
-        simulation = super()._build()
-        simulation.heat = None
-        return simulation
+CASES: list[Case] = []
 
 
 def ideal_work(D: float, d: float) -> float:
@@ -79,11 +72,12 @@ def between(what: str, low: float, high: float, source: str, ours: float) -> Row
     return Row(words, "kN", middle, source, ours, round(0.5 * (high - low), 1), absolute=True)
 
 
+@case(CASES, "bounds-rods", GROUP, fast=False)
 def rods_between_bounds() -> list[Row]:
-    """Steady forces of rods that do not harden."""
+    """Five rods without friction, 500 MPa without hardening, isothermal: steady force."""
     rows = []
     for d, angle in RODS:
-        process = _Isothermal(
+        process = IsothermalRod(
             exit_diameter=d,
             half_angle=angle,
             mesh_size=0.5,
@@ -98,33 +92,26 @@ def rods_between_bounds() -> list[Row]:
     return rows
 
 
+@case(CASES, "siebel-rods", GROUP, fast=False)
 def rods_beside_siebel() -> list[Row]:
-    """Forces of rods with friction and hardening."""
+    """Three rods of 16MnCr5 at mu 0.08, isothermal: force at 7 to 9 mm."""
     rows = []
     for d, angle in SIEBEL:
-        process = _Isothermal(exit_diameter=d, half_angle=angle, mesh_size=0.5, tool_heating=False)
+        process = IsothermalRod(exit_diameter=d, half_angle=angle, mesh_size=0.5, tool_heating=False)
         result = finished(process, process.run(0.08, OUT + LENGTH))
-        late = result.stroke > OUT
+        force = float(result.force[result.stroke > OUT].mean())
         # The billet was 30 mm long; what has gone through the die is missing in the container, and so is what fills the cone.
         cone = (10.0**3 - (0.5 * d) ** 3) / (3.0 * 100.0 * math.tan(math.radians(angle)))
         length = 30.0 - OUT - 0.5 * LENGTH - cone
         expected = siebel(20.0, d, angle, 0.08, length)
         what = f"20 to {d:g} mm, half angle {angle:g} degrees, mu 0.08"
-        rows.append(
-            Row(
-                what,
-                "kN",
-                expected,
-                "Siebel's formula, an estimate",
-                float(result.force[late].mean()),
-                ESTIMATE,
-            )
-        )
+        rows.append(Row(what, "kN", expected, "Siebel's formula, an estimate", force, ESTIMATE))
     return rows
 
 
+@case(CASES, "bounds-discs", "Upsetting")
 def discs_between_bounds() -> list[Row]:
-    """Flat discs of a material that does not harden, at a tenth less height."""
+    """Four discs, friction m k, 500 MPa without hardening."""
     rows = []
     for D, height, m in DISCS:
         process = Upsetting(
@@ -140,33 +127,6 @@ def discs_between_bounds() -> list[Row]:
         grown, flat = D / math.sqrt(left), left * height
         low, high = (1e-3 * YIELD * disc(grown, flat, share) for share in (0.0, m))
         what = f"disc {D:g} x {height:g} mm, m {m:g}, at {100.0 * LOSS:g} % less height"
-        rows.append(
-            between(
-                what, low, high, "even pressure and upper bound of even stretching", float(result.force[-1])
-            )
-        )
+        source = "even pressure and upper bound of even stretching"
+        rows.append(between(what, low, high, source, float(result.force[-1])))
     return rows
-
-
-CASES = (
-    Case(
-        "bounds-rods",
-        GROUP,
-        "Five rods without friction, 500 MPa without hardening, isothermal: steady force.",
-        rods_between_bounds,
-        fast=False,
-    ),
-    Case(
-        "siebel-rods",
-        GROUP,
-        "Three rods of 16MnCr5 at mu 0.08, isothermal: force at 7 to 9 mm.",
-        rods_beside_siebel,
-        fast=False,
-    ),
-    Case(
-        "bounds-discs",
-        "Upsetting",
-        "Four discs, friction m k, 500 MPa without hardening.",
-        discs_between_bounds,
-    ),
-)

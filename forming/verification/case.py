@@ -29,9 +29,8 @@ class Row:
     #: What is compared, and its unit (empty: a bare number).
     quantity: str
     unit: str
-    #: The number to compare with.
+    #: The number to compare with, and where it comes from.
     reference: float
-    #: Where it comes from.
     source: str
     #: What was computed.
     ours: float
@@ -43,7 +42,6 @@ class Row:
     #: for it; a deviation within the tolerance then counts as skipped, not as passed. ``"not judged"``: the
     #: reference does not hold here; `note` says why.
     standing: Literal["judged", "skipped", "not judged"] = "judged"
-    #: Reason or remark.
     note: str = ""
     #: Name of the case, set when it runs.
     case: str = ""
@@ -103,6 +101,10 @@ class CaseResult:
         return any(row.verdict == "fail" for row in self.rows)
 
 
+#: Runs a case and returns its rows, or an `Outcome`.
+Compute = Callable[[], list[Row] | Outcome]
+
+
 @dataclass(frozen=True)
 class Case:
     """A verification case."""
@@ -113,8 +115,7 @@ class Case:
     group: str
     #: The set-up in one sentence.
     title: str
-    #: Runs it and returns its rows, or an `Outcome`.
-    compute: Callable[[], list[Row] | Outcome]
+    compute: Compute
     #: Takes at most a few seconds.
     fast: bool = True
 
@@ -128,6 +129,17 @@ class Case:
         outcome = found if isinstance(found, Outcome) else Outcome(found)
         rows = [replace(row, case=self.name) for row in outcome.rows]
         return CaseResult(self, rows, outcome.details, time.perf_counter() - start)
+
+
+def case(cases: list[Case], name: str, group: str, fast: bool = True) -> Callable[[Compute], Compute]:
+    """Add a function to `cases`; its docstring, the set-up in one sentence, is the title."""
+
+    def add(compute: Compute) -> Compute:
+        title = " ".join((compute.__doc__ or "").split())
+        cases.append(Case(name, group, title, compute, fast))
+        return compute
+
+    return add
 
 
 #: Published coefficients of 16MnCr5, kept apart from the product's: A [MPa], m1 [1/K], m2, m3, m4.

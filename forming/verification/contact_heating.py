@@ -24,7 +24,7 @@ from ..materials.materials import steel_16MnCr5
 from ..processes.backward_cup_extrusion import BackwardCupExtrusion
 from ..processes.base import Extrusion
 from ..processes.forward_rod_extrusion import ForwardRodExtrusion
-from .case import Case, Row, Unfinished
+from .case import Case, Row, Unfinished, case
 
 GROUP = "Heat"
 MU, T_START = 0.08, 20.0
@@ -42,6 +42,7 @@ SLOW, SLOW_STROKE = 5.0, 4.0
 SOURCE = "Duhamel: two half spaces over a film, driven by the run's pressure and speed"
 #: Allowed deviation of the mean rise [%].
 TOLERANCE = 5.0
+CASES: list[Case] = []
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,10 @@ def run(process: Extrusion, stroke: float) -> Rubbing:
 
     def see(sim: Simulation) -> bool:
         m = sim.state.markers
-        offsets = np.array([tool.offset for tool in sim.state.tools])
+        offsets = [tool.offset for tool in sim.state.tools]
         points = m.points(sim.state.body.surface)
-        seen.append((sim.state.time, points, m.v_rel, m.sigma_n, m.active, m.T, offsets))
-        seen[-1] = tuple(np.array(part) for part in seen[-1])
+        found = (sim.state.time, points, m.v_rel, m.sigma_n, m.active, m.T, offsets)
+        seen.append(tuple(np.array(part) for part in found))
         return False
 
     process.start(MU)
@@ -244,8 +245,9 @@ def _means(
     return found
 
 
+@case(CASES, "contact-heating", GROUP, fast=False)
 def fast_rows() -> list[Row]:
-    """Both processes at the speeds at which the layer stays thin: closed form against run."""
+    """Friction heats rod and cup at mu 0.08, no plastic heat; mean rise of the contact temperature at the markers."""
     rows = []
     for speed, (rod_stroke, cup_stroke) in STROKES.items():
         for name, found in (("rod", rod(speed, rod_stroke)), ("cup", cup(speed, cup_stroke))):
@@ -253,8 +255,10 @@ def fast_rows() -> list[Row]:
     return rows
 
 
+@case(CASES, "contact-heating-slow", GROUP, fast=False)
 def slow_rows() -> list[Row]:
-    """Both processes at 5 mm/s, where heat moves further than half spaces allow: elements of half the size against run."""
+    """The same at 5 mm/s and 4 mm stroke, where the layer is as thick as the workpiece."""
+    # Heat moves further than half spaces allow: elements of half the size take the place of the closed form.
     rows = []
     for name, of, size in (("rod", rod, 0.4), ("cup", cup, 0.35)):
         usual, fine = (of(SLOW, SLOW_STROKE, mesh_size=h) for h in (size, 0.5 * size))
@@ -266,21 +270,3 @@ def slow_rows() -> list[Row]:
 def _row(process: str, where: str, speed: float, reference: float, ours: float, source: str) -> Row:
     what = f"{process}, {where}: rise of the contact temperature at {speed:g} mm/s"
     return Row(what, "K", reference, source, ours, TOLERANCE)
-
-
-CASES = (
-    Case(
-        "contact-heating",
-        GROUP,
-        "Friction heats rod and cup at mu 0.08, no plastic heat; mean rise of the contact temperature at the markers.",
-        fast_rows,
-        fast=False,
-    ),
-    Case(
-        "contact-heating-slow",
-        GROUP,
-        "The same at 5 mm/s and 4 mm stroke, where the layer is as thick as the workpiece.",
-        slow_rows,
-        fast=False,
-    ),
-)

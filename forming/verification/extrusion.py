@@ -6,35 +6,38 @@ import math
 
 import numpy as np
 
-from ..fe.simulation import Simulation
 from ..processes.backward_cup_extrusion import BackwardCupExtrusion
 from ..processes.forward_rod_extrusion import ForwardRodExtrusion
-from .case import Case, Row, account_rows, finished, published_flow_stress
+from ..processes.friction_input import Friction
+from ..processes.stepwise import StepwiseProcess
+from .case import Case, Row, account_rows, case, finished, published_flow_stress
 
 GROUP = "Extrusion"
 #: Strokes between which the force of the rod is steady: the front has left the land, the punch is above the cone [mm].
 STEADY = (8.0, 19.5)
 #: Allowed deviations [%]: steady force, mesh halving, Dipper's formula.
 FLAT, HALVING, DIPPER = 0.5, 1.0, 20.0
+CASES: list[Case] = []
 
 
-class _IsothermalRod(ForwardRodExtrusion):
-    def _build(self) -> Simulation:
-        simulation = super()._build()
-        simulation.heat = None
-        return simulation
+class _Isothermal(StepwiseProcess):
+    def start(self, mu: Friction = 0.08) -> None:
+        super().start(mu)
+        self.simulation.heat = None
 
 
-class _IsothermalCup(BackwardCupExtrusion):
-    def _build(self) -> Simulation:
-        simulation = super()._build()
-        simulation.heat = None
-        return simulation
+class IsothermalRod(_Isothermal, ForwardRodExtrusion):
+    """Forward rod extrusion without any heat."""
 
 
+class IsothermalCup(_Isothermal, BackwardCupExtrusion):
+    """Backward cup extrusion without any heat."""
+
+
+@case(CASES, "fre-frictionless", GROUP, fast=False)
 def rod_without_friction() -> list[Row]:
-    """Nothing changes along the steady part of a stroke without friction and heat."""
-    process = _IsothermalRod(tool_heating=False)
+    """Forward rod extrusion 20 to 14.14 mm, 90 degrees, 20 mm stroke, isothermal, no friction."""
+    process = IsothermalRod(tool_heating=False)
     result = finished(process, process.run(0.0, 20.0))
     steady = (result.stroke >= STEADY[0]) & (result.stroke <= STEADY[1])
     force = result.smooth_force[steady]
@@ -42,6 +45,12 @@ def rod_without_friction() -> list[Row]:
     farthest = float(force[np.abs(force - mean).argmax()])
     what = f"steady force, farthest from its mean at {STEADY[0]:g} to {STEADY[1]:g} mm"
     return [Row(what, "kN", mean, "steady flow: constant force", farthest, FLAT), *account_rows(result)]
+
+
+@case(CASES, "fre-mesh", GROUP, fast=False)
+def rod_mesh() -> list[Row]:
+    """Forward rod extrusion 20 to 14.14 mm, 90 degrees, mu 0.08, 6 mm stroke, with tool heat."""
+    return _halving(*(ForwardRodExtrusion(mesh_size=h) for h in (0.4, 0.2)))
 
 
 def dipper(D: float, d: float, h0: float, h1: float, mu: float) -> float:
@@ -57,9 +66,10 @@ def dipper(D: float, d: float, h0: float, h1: float, mu: float) -> float:
     return float(0.25 * math.pi * d**2 * pressure) * 1e-3
 
 
+@case(CASES, "bce-frictionless", GROUP, fast=False)
 def cup_without_friction() -> list[Row]:
-    """The plateau of the force against Dipper's formula, which is a band and not an oracle."""
-    process = _IsothermalCup(tool_heating=False)
+    """Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, 14 mm stroke, isothermal, no friction."""
+    process = IsothermalCup(tool_heating=False)
     result = finished(process, process.run(0.0, 14.0))
     plateau = float(np.interp(10.0, result.stroke, result.smooth_force))
     expected = dipper(20.0, 14.14, 20.0, 10.0, 0.0)
@@ -67,13 +77,9 @@ def cup_without_friction() -> list[Row]:
     return [row, *account_rows(result)]
 
 
-def rod_mesh() -> list[Row]:
-    """Highest force at mu 0.08 with elements of 0.4 mm and of half the size."""
-    return _halving(*(ForwardRodExtrusion(mesh_size=h) for h in (0.4, 0.2)))
-
-
+@case(CASES, "bce-mesh", GROUP, fast=False)
 def cup_mesh() -> list[Row]:
-    """Highest force at mu 0.08 with elements of 0.35 mm and of half the size."""
+    """Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, mu 0.08, 6 mm stroke, with tool heat."""
     return _halving(*(BackwardCupExtrusion(mesh_size=h) for h in (0.35, 0.175)))
 
 
@@ -84,35 +90,3 @@ def _halving(
     what, source = (f"elements of {process.mesh_size:g} mm" for process in (usual, half))
     row = Row(f"Fmax with {what}", "kN", fine.max_force, source, coarse.max_force, HALVING)
     return [row, *account_rows(coarse)]
-
-
-CASES = (
-    Case(
-        "fre-frictionless",
-        GROUP,
-        "Forward rod extrusion 20 to 14.14 mm, 90 degrees, 20 mm stroke, isothermal, no friction.",
-        rod_without_friction,
-        fast=False,
-    ),
-    Case(
-        "fre-mesh",
-        GROUP,
-        "Forward rod extrusion 20 to 14.14 mm, 90 degrees, mu 0.08, 6 mm stroke, with tool heat.",
-        rod_mesh,
-        fast=False,
-    ),
-    Case(
-        "bce-frictionless",
-        GROUP,
-        "Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, 14 mm stroke, isothermal, no friction.",
-        cup_without_friction,
-        fast=False,
-    ),
-    Case(
-        "bce-mesh",
-        GROUP,
-        "Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, mu 0.08, 6 mm stroke, with tool heat.",
-        cup_mesh,
-        fast=False,
-    ),
-)

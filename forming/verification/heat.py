@@ -12,7 +12,7 @@ from ..fe.mesh.mesher import grid_mesh
 from ..fe.mesh.shape import FloatArray, surface_weights
 from ..fe.tooling import block_field, plate
 from ..materials.materials import steel_16MnCr5
-from .case import Case, Row
+from .case import Case, Row, case
 
 GROUP = "Heat"
 HOT, COLD = 120.0, 20.0
@@ -21,22 +21,28 @@ HOT, COLD = 120.0, 20.0
 SURFACES = {0.01: (100.92, 48.21), 0.1: (89.15, 65.63), 1.0: (82.89, 74.88)}
 #: Allowed deviation with fine elements, and with those of the default mesh of an extrusion [%].
 FINE, DEFAULT = 1.0, 3.0
+CASES: list[Case] = []
 
 
+@case(CASES, "heat-workpiece-tool", GROUP)
 def in_contact() -> list[Row]:
-    """Column of 16MnCr5 on a plate of 1.2379, with elements of 0.02 mm below the surface, growing by a tenth."""
+    """Forming: workpiece at 120 degC on a tool at 20 degC, 35 000 W/(m2 K)."""
+    # Elements of 0.02 mm below the surface, growing by a tenth.
     z = np.concatenate([[0.0], np.cumsum(0.02 * 1.1 ** np.arange(60))])
     return _rows(np.linspace(0.0, 3.0, 4), z[z < 20.0], 0.04, 0.0005, (0.1, 1.0), FINE)
 
 
+@case(CASES, "heat-workpiece-tool-coarse", GROUP)
 def in_contact_coarse() -> list[Row]:
-    """The same with even elements of 0.4 mm: the layer is 0.3 mm deep at 0.01 s."""
+    """Forming: the same with elements of 0.4 mm, as an extrusion has by default."""
+    # The layer is 0.3 mm deep at 0.01 s.
     return _rows(np.linspace(0.0, 3.2, 9), np.linspace(0.0, 20.0, 51), 0.4, 0.001, (0.01, 0.1, 1.0), DEFAULT)
 
 
 def _rows(
     r: FloatArray, z: FloatArray, below: float, dt: float, times: tuple[float, ...], tolerance: float
 ) -> list[Row]:
+    """Column of 16MnCr5 on a plate of 1.2379."""
     steel = replace(steel_16MnCr5(), conductivity=42.0, cp=470.0)
     mesh = grid_mesh(r, z)
     body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(mesh.loop[: len(r)]), HOT)
@@ -69,19 +75,3 @@ def _rows(
 def _row(quantity: str, ours: FloatArray, reference: float, tolerance: float) -> Row:
     source = "Carslaw and Jaeger: two half spaces over a film"
     return Row(quantity, "K", reference, source, float(ours.mean()), tolerance)
-
-
-CASES = (
-    Case(
-        "heat-workpiece-tool",
-        GROUP,
-        "Forming: workpiece at 120 degC on a tool at 20 degC, 35 000 W/(m2 K).",
-        in_contact,
-    ),
-    Case(
-        "heat-workpiece-tool-coarse",
-        GROUP,
-        "Forming: the same with elements of 0.4 mm, as an extrusion has by default.",
-        in_contact_coarse,
-    ),
-)

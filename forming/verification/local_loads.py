@@ -16,7 +16,7 @@ from ..processes.base import FormingProcess
 from ..processes.forward_rod_extrusion import ForwardRodExtrusion
 from ..processes.specimen_upsetting import upset
 from ..processes.upsetting import RingCompression
-from .case import Case, Outcome, Row, finished
+from .case import Case, Outcome, Row, case, finished
 
 GROUP = "Local loads"
 MU = 0.08
@@ -30,6 +30,7 @@ SETTLED = 0.2
 #: The twin's specimen: its default element size [mm], and forces over which its contact is averaged [N]: single nodes
 #: that join the contact change its outermost ring.
 SPECIMEN, FORCES = 0.6, np.linspace(230e3, 250e3, 21)
+CASES: list[Case] = []
 HEAD = "| load | 2 h, % | h, % | order | error at h, % |\n| --- | ---: | ---: | ---: | ---: |"
 
 
@@ -75,10 +76,7 @@ def _converge(name: str, build: Callable[[float], FormingProcess], size: float, 
         coarse, usual = found[:, k]
         what = f"{name}: {load} at the markers, elements of {size:g} mm, rms"
         rows.append(Row(what, "%", 0.0, source, float(usual), allowed, absolute=True))
-        p = order(coarse, usual)
-        # The run with h / 2 is itself off by 2^-p of the error of the one with h.
-        whole = usual * 2.0**p / (2.0**p - 1.0) if p > 0.0 else math.nan
-        lines.append(f"| {name}, {load} | {coarse:.2f} | {usual:.2f} | {_shown(p)} | {_shown(whole)} |")
+        lines.append(_line(f"{name}, {load}", coarse, usual))
     words = (
         f"Markers of the {name}, elements of {2.0 * size:g} and {size:g} mm against {SCALES[-1] * size:g} mm, root of the "
         "mean square over that of the load (T: of the rise). Order and error at h follow from both, where they fall."
@@ -86,31 +84,41 @@ def _converge(name: str, build: Callable[[float], FormingProcess], size: float, 
     return Outcome(rows, "\n".join([words, "", HEAD, *lines]))
 
 
+def _line(load: str, coarse: float, usual: float) -> str:
+    """Return the line of a load in the table of `HEAD`."""
+    p = order(coarse, usual)
+    # The run with h / 2 is itself off by 2^-p of the error of the one with h.
+    whole = usual * 2.0**p / (2.0**p - 1.0) if p > 0.0 else math.nan
+    return f"| {load} | {coarse:.2f} | {usual:.2f} | {_shown(p)} | {_shown(whole)} |"
+
+
 def _shown(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.2f}"
 
 
+@case(CASES, "fre-local-loads", GROUP, fast=False)
 def rod_loads() -> Outcome:
-    """Forward rod extrusion with elements of 0.8, 0.4 and 0.2 mm."""
+    """Forward rod extrusion 20 to 14.14 mm, 90 degrees, mu 0.08, 8 mm stroke, with tool heat."""
     return _converge("rod", lambda h: ForwardRodExtrusion(mesh_size=h), 0.4, 8.0)
 
 
+@case(CASES, "bce-local-loads", GROUP, fast=False)
 def cup_loads() -> Outcome:
-    """Backward cup extrusion with elements of 0.7, 0.35 and 0.175 mm."""
+    """Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, mu 0.08, 6 mm, with tool heat."""
     return _converge("cup", lambda h: BackwardCupExtrusion(mesh_size=h), 0.35, 6.0)
 
 
+@case(CASES, "ring-local-loads", GROUP, fast=False)
 def ring_loads() -> Outcome:
-    """Ring compression with elements of a sixth, a twelfth and a 24th of what is thinner, wall or height."""
+    """Ring compression of the default ring to three quarters of its height, mu 0.08."""
     usual = RingCompression().mesh_size
     return _converge("ring", lambda h: RingCompression(mesh_size=h), usual, 0.25 * RingCompression().height)
 
 
+@case(CASES, "specimen-local-loads", GROUP, fast=False)
 def specimen_loads() -> Outcome:
-    """Specimen of a sliding compression test on its plate, elements of 1.2, 0.6 and 0.3 mm, by radius.
-
-    Where the side folds onto the plate, in the outer tenth, a ring of the contact is hardly wider than an element.
-    """
+    """Specimen of a sliding compression test, 15 x 15 mm, free punch, mu 0.1."""
+    # By radius: where the side folds onto the plate, in the outer tenth, a ring of the contact is hardly wider than an element.
     runs = [upset(force=FORCES, mesh_size=scale * SPECIMEN, mu=0.1) for scale in SCALES]
     fine = runs[-1]
     inside = fine.radius_fraction <= 0.9
@@ -128,9 +136,7 @@ def specimen_loads() -> Outcome:
                 )
                 for r in runs[:-1]
             )
-            p = order(coarse, usual)
-            whole = usual * 2.0**p / (2.0**p - 1.0) if p > 0.0 else math.nan
-            lines.append(f"| {load} {where} | {coarse:.2f} | {usual:.2f} | {_shown(p)} | {_shown(whole)} |")
+            lines.append(_line(f"{load} {where}", coarse, usual))
             if part is inside:
                 what = f"specimen: {load} {where}, elements of {SPECIMEN:g} mm, rms"
                 rows.append(Row(what, "%", 0.0, source, usual, allowed, absolute=True))
@@ -147,30 +153,3 @@ def specimen_loads() -> Outcome:
         "that of the load."
     )
     return Outcome(rows, "\n".join([words, "", HEAD, *lines]))
-
-
-CASES = tuple(
-    Case(f"{name}-local-loads", GROUP, title, compute, fast=False)
-    for name, title, compute in (
-        (
-            "fre",
-            "Forward rod extrusion 20 to 14.14 mm, 90 degrees, mu 0.08, 8 mm stroke, with tool heat.",
-            rod_loads,
-        ),
-        (
-            "bce",
-            "Backward cup extrusion, billet 20 x 20 mm, punch 14.14 mm, mu 0.08, 6 mm, with tool heat.",
-            cup_loads,
-        ),
-        (
-            "ring",
-            "Ring compression of the default ring to three quarters of its height, mu 0.08.",
-            ring_loads,
-        ),
-        (
-            "specimen",
-            "Specimen of a sliding compression test, 15 x 15 mm, free punch, mu 0.1.",
-            specimen_loads,
-        ),
-    )
-)

@@ -21,7 +21,7 @@ from ..fe.tooling import flat_punch, plate
 from ..materials.materials import PowerLaw, steel_16MnCr5
 from ..processes.friction_input import CONSTANT_SHEAR
 from ..processes.upsetting import bore_profile
-from .case import Outcome, Row, Unfinished
+from .case import Row, Unfinished
 
 REDUCTIONS = (10, 20, 30, 40, 50, 60)
 #: Decrease of the bore diameter of a ring 6:3:2 in % at `REDUCTIONS` of the height: equilibrium solution after
@@ -158,16 +158,3 @@ def straight_readings(law: str, value: float) -> list[float]:
         radius = float(bore_profile(simulation.state.body.surface, 3)[1])
         found.append(100.0 * (1.0 - radius / INNER))
     return found
-
-
-def as_closed_form() -> Outcome:
-    """All readings of both laws."""
-    ours = {law: {v: straight_readings(law, v) for v in curves} for law, curves in CURVES.items()}
-    rows: list[Row] = [worst(law, ours[law], list(CURVES[law])) for law in CURVES]
-    counts = [within(law, ours[law]) for law in CURVES]
-    near = [within(law, ours[law], 1.0) for law in CURVES]
-    text = (
-        f"With a straight bore that does not harden, {sum(c.good for c in counts)} of {sum(c.all for c in counts)} readings "
-        f"are within {POINTS:g} points of the {SOURCE.split(' (')[0]}, {sum(c.good for c in near)} within 1 point."
-    )
-    return Outcome(rows, text)

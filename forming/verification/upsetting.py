@@ -6,17 +6,18 @@ import math
 
 from ..materials.materials import steel_16MnCr5
 from ..processes.upsetting import Upsetting
-from .calculix import Compression
-from .calculix_rows import KeptNumbers, calculix_numbers, calculix_row
-from .case import Case, Row, account_rows, finished, published_flow_stress, rate_independent
+from .calculix import Compression, calculix_numbers
+from .case import Case, Row, account_rows, case, finished, published_flow_stress, rate_independent
 
 GROUP = "Upsetting"
 #: Numbers of an earlier CalculiX run, for machines without CalculiX.
-KEPT = KeptNumbers("2.20", "2026-11-21", {"force": 236.38})
+KEPT = {"force": 236.38}
+CASES: list[Case] = []
 
 
+@case(CASES, "upset-frictionless", GROUP)
 def frictionless() -> list[Row]:
-    """Cylinder 15 x 15 mm, 50 %, no friction: kf(ln 2) times the doubled area."""
+    """Cylinder 15 x 15 mm, 50 %, 5 mm/s, isothermal, no friction."""
     process = Upsetting(mesh_size=1.25, isothermal=True, material=steel_16MnCr5())
     result = finished(process, process.run(0.0, 7.5))
     rate = 5.0 / 7.5
@@ -26,31 +27,12 @@ def frictionless() -> list[Row]:
     return [force, *account_rows(result)]
 
 
+@case(CASES, "upset-calculix", GROUP, fast=False)
 def with_friction() -> list[Row]:
-    """Cylinder 15 x 15 mm, 50 %, mu 0.1, isothermal, one flow curve in both programs."""
+    """Cylinder 15 x 15 mm, 50 %, mu 0.1, isothermal; flow curve held at 0.5/s in both programs."""
     process = Upsetting(mesh_size=0.75, isothermal=True, material=rate_independent())
     result = finished(process, process.run(0.1, 7.5))
-    other = calculix_numbers(
-        Compression(outer=7.5, inner=0.0, height=15.0, mu=0.1, columns=10, rows=10), KEPT
-    )
-    return [
-        calculix_row("force at 50 %", "kN", other, "force", float(result.force[-1]), 1.0),
-        *account_rows(result),
-    ]
-
-
-CASES = (
-    Case(
-        "upset-frictionless",
-        GROUP,
-        "Cylinder 15 x 15 mm, 50 %, 5 mm/s, isothermal, no friction.",
-        frictionless,
-    ),
-    Case(
-        "upset-calculix",
-        GROUP,
-        "Cylinder 15 x 15 mm, 50 %, mu 0.1, isothermal; flow curve held at 0.5/s in both programs.",
-        with_friction,
-        fast=False,
-    ),
-)
+    setup = Compression(outer=7.5, inner=0.0, height=15.0, mu=0.1, columns=10, rows=10)
+    other = calculix_numbers(setup, KEPT)
+    force = other.row("force at 50 %", "kN", "force", float(result.force[-1]), 1.0)
+    return [force, *account_rows(result)]

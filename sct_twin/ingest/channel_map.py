@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,6 +12,7 @@ from friction_models.common.ranges import is_number
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
+from ..readers.header import numbered
 from ..records.cells import Cell, column_entry, is_given, map_content
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
@@ -23,7 +23,6 @@ from .phase_files import PhaseFiles, join
 
 #: How a channel map is given: a YAML file, or its content.
 Map = str | os.PathLike[str] | Mapping[str, Any] | None
-#: A channel map is a page of text.
 _KEYS = ("channels", "moving_mass", "metadata", "phases", "despike", "low_pass", "test_id")
 _COLUMN_KEYS = ("quantity", "unit", "sign", "offset", "scale", "sensitivity", "std")
 
@@ -35,8 +34,6 @@ class MappedColumn:
     `scale` (``5 kN/V``) or `sensitivity` (``200 mV/kN``) turn readings of a sensor into the quantity; `std`
     is the standard uncertainty of a force cell [N].
 
-    Examples
-    --------
     >>> MappedColumn("F_n", unit="kN").factor("kN", "map")
     (1000.0, 0.0)
     """
@@ -65,8 +62,6 @@ class ChannelMap:
     `phases` says when the phases are, `files` how the files of one test are called where there are two, `names` which
     part of a file's name is that of the test.
 
-    Examples
-    --------
     Without a map the columns of a file have the names and units of a record:
 
     >>> ChannelMap.load(None) == ChannelMap()
@@ -92,13 +87,8 @@ class ChannelMap:
         The layout is ``channels: {column name: {quantity, unit, sign, offset}}``, ``moving_mass: kg``,
         ``metadata: {...}``, ``phases: detect`` or what `Phases.load` takes, ``test_id`` as `NameTemplate.load` takes it.
 
-        Raises
-        ------
-        InputError
-            Unreadable YAML, unknown keys or quantities, a quantity mapped twice or not at all.
+        Raises InputError: unreadable YAML, unknown keys or quantities, a quantity mapped twice or not at all.
 
-        Examples
-        --------
         >>> columns = {
         ...     "time [s]": {"quantity": "t"},
         ...     "force": {"quantity": "F_n", "unit": "kN"},
@@ -161,12 +151,7 @@ class ChannelMap:
         Raises InputError: a column is missing, has no unit or one that does not fit, or holds text.
         """
         for name in self.missing(table, upsetting):
-            twice = [
-                str(column)
-                for column in table.frame.columns
-                if re.fullmatch(rf"{re.escape(name)} \(\d+\)", column)
-            ]
-            if twice:
+            if twice := numbered(name, table.frame.columns):
                 raise InputError(
                     f"{table.source}: column {name!r} stands {len(twice)} times; allowed: a channel map that says which "
                     f"is meant, {' or '.join(map(repr, twice))}"

@@ -114,8 +114,6 @@ _ALLOWED = (
 class NameTemplate:
     """A file name with ``{test_id}`` where the name of the test stands: ``*_SCT{test_id}_raw``.
 
-    Examples
-    --------
     >>> NameTemplate("*_SCT{test_id}_raw").test_of("lab7_SCT042_raw")
     '042'
     """
@@ -126,10 +124,7 @@ class NameTemplate:
     def load(cls, content: Any, where: str) -> NameTemplate | None:
         """Read a template; None stands for the whole name of the file.
 
-        Raises
-        ------
-        InputError
-            Not a text with ``{test_id}`` once, or too many stars.
+        Raises InputError: not a text with ``{test_id}`` once, or too many stars.
         """
         if content is None:
             return None
@@ -142,10 +137,7 @@ class NameTemplate:
         return cls(content)
 
     def test_of(self, name: str, where: str = "") -> str:
-        """Return the name of the test in a file name (without suffix).
-
-        Raises InputError: the name does not fit.
-        """
+        """Return the name of the test in a file name (without suffix). Raises InputError: the name does not fit."""
         form = re.escape(self.text).replace(re.escape(MARK), "(.+?)")
         found = re.fullmatch(form.replace(r"\*", ".*?").replace(r"\?", "."), name)
         if found is None:
@@ -158,8 +150,6 @@ class NameTemplate:
 def proposed(tests: Iterable[str], files: Iterable[Path]) -> str | None:
     """Return a template by which files get the names of a test table; None where their names do not hold them.
 
-    Examples
-    --------
     >>> proposed(["042", "043"], [Path("lab_SCT042_raw.csv"), Path("lab_SCT043_raw.csv")])
     'lab_SCT{test_id}_raw'
     """

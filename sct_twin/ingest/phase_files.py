@@ -25,8 +25,6 @@ _SOON = 1e-3
 class PhaseFiles:
     """How the names of the files end: ``{upsetting: _up, sliding: _slide}``; what stands before is the test.
 
-    Examples
-    --------
     >>> endings = PhaseFiles("_up", "_slide")
     >>> pairs, left_out = endings.pairs([Path("sct1_up.csv"), Path("sct1_slide.csv"), Path("sct2_up.csv")])
     >>> [test for test, _, _ in pairs], len(left_out)
@@ -40,10 +38,7 @@ class PhaseFiles:
     def load(cls, content: Any, where: str) -> PhaseFiles | None:
         """Read ``{files: {upsetting: ..., sliding: ...}}``; None where phases are given in another way.
 
-        Raises
-        ------
-        InputError
-            Unknown keys, endings that are no text, or the same.
+        Raises InputError: unknown keys, endings that are no text, or the same.
         """
         if not isinstance(content, Mapping) or "files" not in content:
             return None
@@ -104,12 +99,10 @@ def join(
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Return the channels of both files one after the other, and what was assumed.
 
-    Raises InputError: a file without rows, an upsetting file that begins under load and so on are found
-    later; here: a waiting time that is none, and files that overlap only in part.
+    Raises InputError: a waiting time that is none, or files that overlap only in part.
 
     - `upsetting`, `sliding`: channels; those that the upsetting file lacks are taken to stay as the sliding
       file begins (position, temperature, friction force) or to be 0 (speed, acceleration).
-    - `upsetting_file`, `sliding_file`: for messages.
     - `wait`: stated time between the files [s]; not needed when the second begins after the first on one
       clock.
     """
@@ -145,10 +138,8 @@ def join(
         if name in upsetting:
             before = upsetting[name]
         else:
-            still = (
-                0.0 if name in ("a", "v") else float(np.median(values[: max(1, min(20, len(values) // 20))]))
-            )
-            before = np.full(len(t_up), still)
+            first = values[: max(1, min(20, len(values) // 20))]
+            before = np.full(len(t_up), 0.0 if name in ("a", "v") else float(np.median(first)))
             if name not in ("a", "v", "s"):
                 notes.append(f"no {name} in the upsetting file: taken to stay as at the start of sliding")
         joined[name] = np.concatenate([before, values])

@@ -30,23 +30,13 @@ _MAX_PARTS = 12
 
 @dataclass(frozen=True)
 class PointColumn:
-    """What a column of a file is: a quantity of a point, or a column of the test table.
+    """What a column of a file is: a quantity of a point, or a column of the test table."""
 
-    Attributes
-    ----------
-    quantity : str or None
-        One of `POINT_COLUMNS`; None for a column of the test table.
-    unit : str or None
-        Unit of the column; None where the file says it.
-    sign : float
-        1 or -1, what the values are multiplied by.
-    test_table : str or None
-        Name of the column in the test table.
-    """
-
+    #: One of `POINT_COLUMNS`; its unit, None where the file says it; 1 or -1, what the values are multiplied by.
     quantity: str | None = None
     unit: str | None = None
     sign: float = 1.0
+    #: Name of the column in the test table.
     test_table: str | None = None
 
 
@@ -56,8 +46,6 @@ class FileNameParts:
 
     Each part ends at the first place where the text behind it begins; the last text has to be the end of the name.
 
-    Examples
-    --------
     >>> FileNameParts.load("{lubricant}_{T_tool}C_{test_id}", "map").of("MoS2_200C_t07")
     {'lubricant': 'MoS2', 'T_tool': 200.0, 'test_id': 't07'}
     """
@@ -70,10 +58,7 @@ class FileNameParts:
     def load(cls, content: Any, where: str) -> FileNameParts | None:
         """Read a template; None where there is none.
 
-        Raises
-        ------
-        InputError
-            No text, no part, a part without a name or twice, or two parts with nothing between them.
+        Raises InputError: no text, no part, a part without a name or twice, or two parts with nothing between them.
         """
         if content is None:
             return None
@@ -97,10 +82,7 @@ class FileNameParts:
     def of(self, name: str, where: str = "") -> dict[str, Cell]:
         """Return what a name says; numbers as such, but the name of the test is text.
 
-        Raises
-        ------
-        InputError
-            The name does not fit.
+        Raises InputError: the name does not fit.
         """
         refused = InputError(f"{where}the name {name!r} does not fit file_name {self.source!r}")
         if not name.startswith(self.texts[0]):
@@ -123,8 +105,6 @@ class PointMap:
 
     `columns` None stands for the names of the contract.
 
-    Examples
-    --------
     >>> found = PointMap.load({"columns": {"speed": {"quantity": "v_rel", "unit": "m/s"}, "COF": "mu"}})
     >>> found.columns["speed"].unit, found.columns["COF"].quantity
     ('m/s', 'mu')
@@ -145,10 +125,8 @@ class PointMap:
     def load(cls, source: PointMapSource) -> PointMap:
         """Read a point map from YAML or a dictionary; None stands for the names of the contract.
 
-        Raises
-        ------
-        InputError
-            Unreadable YAML, unknown keys or quantities, a quantity that stands twice, no mu, a unit that does not fit.
+        Raises InputError: unreadable YAML, unknown keys or quantities, a quantity that stands twice, no mu, a unit that
+        does not fit.
         """
         if source is None:
             return cls()
@@ -170,9 +148,8 @@ class PointMap:
 
 def _number_or_text(text: str) -> Cell:
     """Return a number where a part of a name is one, also with a decimal comma."""
-    return (
-        float(text.replace(",", ".")) if re.fullmatch(r"[+-]?\d{1,15}([.,]\d{1,15})?", text) else text.strip()
-    )
+    number = re.fullmatch(r"[+-]?\d{1,15}([.,]\d{1,15})?", text)
+    return float(text.replace(",", ".")) if number else text.strip()
 
 
 def _columns(content: Any, where: str) -> dict[str, PointColumn] | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +22,7 @@ from friction_models.loads.earlier_tables import with_columns_of
 from friction_models.loads.points import check_points
 
 from ..readers import RawTable, read_file
+from ..readers.header import numbered
 from ..records.cells import Cell
 from .measurement_files import Source, is_test_table, measurement_files, passed_over, tests_beside
 from .point_map import PointColumn, PointMap, PointMapSource
@@ -30,16 +30,10 @@ from .point_map import PointColumn, PointMap, PointMapSource
 
 @dataclass
 class PointTables:
-    """What `read_point_tables` found.
-
-    Attributes
-    ----------
-    dataset : DataSet
-    notes : list of str
-        What was left out, moved or accepted.
-    """
+    """What `read_point_tables` found."""
 
     dataset: DataSet
+    #: What was left out, moved or accepted.
     notes: list[str] = field(default_factory=list)
 
     def headline(self) -> str:
@@ -59,26 +53,15 @@ def read_point_tables(
 ) -> PointTables:
     """Read tables of points and return them as a data set in the units of the contract.
 
-    Parameters
-    ----------
-    source
-        A folder or single files, of any format that `ingest` reads. A file holds one test, or several with a column of
-        their names. A table `tests.csv` beside them adds what is known of each test.
-    point_map
-        Which columns are what; None for columns named as in the contract.
-    synthetic : bool
-        Whether the values were computed and not measured.
-    read : callable
-        Reads one file; for those who hold tables that were read before.
+    Raises InputError: a file that cannot be read, lacks a mapped column, has text between its numbers or a unit that
+    does not fit; a test in two files; what `check_points` refuses.
 
-    Raises
-    ------
-    InputError
-        A file that cannot be read, lacks a mapped column, has text between its numbers or a unit that does not fit; a
-        test in two files; what `check_points` refuses.
+    - `source`: a folder or single files, of any format that `ingest` reads. A file holds one test, or several with a
+      column of their names. A table `tests.csv` beside them adds what is known of each test.
+    - `point_map`: which columns are what; None for columns named as in the contract.
+    - `synthetic`: whether the values were computed and not measured.
+    - `read`: reads one file; for those who hold tables that were read before.
 
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "oil_300K_t1.csv"
@@ -148,13 +131,9 @@ def _with_tests_beside(
     return table, said
 
 
-def _is_data_set(source: Source) -> bool:
-    return isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file()
-
-
 def point_files(source: Source) -> list[Path]:
     """Return the files; of a single folder also tables that are called as those of a data set."""
-    if isinstance(source, str | os.PathLike) and _is_data_set(source):
+    if isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file():
         return [Path(source) / "points.csv"]
     files = measurement_files(source)[0]
     return [file for file in files if not is_test_table(file)] or files
@@ -185,9 +164,7 @@ def _one(
     else:
         names = pd.Series(str(from_name.get("test_id", file.stem)), index=table.frame.index)
     columns: dict[str, object] = {"test_id": names.to_numpy()}
-    for quantity in POINT_COLUMNS[1:]:
-        if quantity in by:
-            columns[quantity] = _numbers(table, by[quantity], used[by[quantity]])
+    columns |= {q: _numbers(table, by[q], used[by[q]]) for q in POINT_COLUMNS[1:] if q in by}
     frame = pd.DataFrame(columns)[kept].reset_index(drop=True)
     if frame.empty:
         raise InputError(f"{file}: no row lies within the limits of 'only'; allowed: one at least")
@@ -197,7 +174,9 @@ def _one(
         notes.append(f"{counted(gone, 'test')} without a row within the limits left out")
     for name, column in used.items():
         if column.test_table is not None:
-            values = _cells(table.frame[name])[kept].reset_index(drop=True)
+            values = table.frame[name]
+            values = values if values.dtype.kind in "fiu" else _texts(values)
+            values = values[kept].reset_index(drop=True)
             _add_column(tests, frame["test_id"], values, name, column.test_table, file)
     return frame, tests, notes
 
@@ -205,8 +184,7 @@ def _one(
 def _check_once(present: list[str], file: Path) -> None:
     """Raise InputError: a quantity stands in several columns; the reader numbers them."""
     for name in POINT_COLUMNS:
-        again = [column for column in present if re.fullmatch(rf"{name} \(\d+\)", column)]
-        if again:
+        if again := numbered(name, present):
             raise InputError(
                 f"{file}: column {name!r} stands {len(again)} times; allowed: once, or a point map (--map) that says which of "
                 f"{', '.join(map(repr, again))} it is"
@@ -252,10 +230,6 @@ def _texts(values: pd.Series) -> pd.Series:
     return values.map(lambda v: str(v).strip(), na_action="ignore")
 
 
-def _cells(values: pd.Series) -> pd.Series:
-    return values if values.dtype.kind in "fiu" else _texts(values)
-
-
 def _add_column(
     tests: dict[str, dict[str, Cell]],
     names: pd.Series,
@@ -264,10 +238,7 @@ def _add_column(
     target: str,
     file: Path,
 ) -> None:
-    """Put what a column says of each test into the test table.
-
-    Raises InputError: it says two things of one test.
-    """
+    """Put what a column says of each test into the test table. Raises InputError: it says two things of one test."""
     for test, cells in values.groupby(names.to_numpy(), sort=False):
         different = cells.dropna().unique()
         if len(different) > 1:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import InputError
+from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
 from ..records.cells import is_given
@@ -18,7 +19,8 @@ from ..records.record import SctRecord, usual_step
 from ..signals.filters import spike_rows
 from ..signals.force_zero import Zeros
 from ..signals.phases import TIMES, PhaseTimes
-from ..signals.sliding_phase import BREAK_AWAY, TestSignals, process, resample
+from ..signals.sliding_phase import BREAK_AWAY, TestSignals, process
+from ..signals.sliding_series import resample
 
 #: Metadata that says how a test was run: tests that agree in all of them are repeats.
 SETTINGS = (
@@ -65,10 +67,7 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object
     """Return the figures of one test as a row of the quality table (units in the names).
 
     Raises InputError: the test is never loaded or never slides, or forces or speed say that columns are
-    swapped or a unit is wrong.
-
-    - `record`: the test.
-    - `moving_mass`: mass between force cell and contact [kg].
+    swapped or a unit is wrong. `moving_mass` [kg] is that between force cell and contact.
     """
     _check_columns(record)
     signals = process(record, moving_mass)
@@ -155,9 +154,8 @@ def _zeros(zeros: Zeros) -> dict[str, float | None]:
     for name, zero in (("F_n", zeros.F_n), ("F_r", zeros.F_r)):
         row[f"{name}_zero_N"] = round(zero.before, 1) if len(zeros.rows_before) else None
         row[f"{name}_zero_end_N"] = None if zero.after is None else round(zero.after, 1)
-        row[f"{name}_zero_std_N"] = (
-            round(float(zero.std.max()), 2) if len(zeros.rows_before) or zero.after is not None else None
-        )
+        known = len(zeros.rows_before) or zero.after is not None
+        row[f"{name}_zero_std_N"] = round(float(zero.std.max()), 2) if known else None
         row[f"{name}_drift_N_per_s"] = None if zero.drift is None else round(zero.drift, 3)
     return row
 
@@ -184,8 +182,7 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
     """Return what a row of the quality table says against a test that was taken over all the same."""
     said = []
     if row["gaps"]:
-        many = "s" if row["gaps"] > 1 else ""
-        said.append(f"{row['gaps']} gap{many}, the largest {row['largest_gap_s']:g} s")
+        said.append(f"{counted(row['gaps'], 'gap')}, the largest {row['largest_gap_s']:g} s")
     for name in str(row["not_recorded"] or "").split():
         said.append(f"{name} not recorded: {_LOST[name]}")
     for name in ("F_n", "F_r"):
@@ -193,8 +190,7 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
             said.append(f"{name} clipped in {row[f'{name}_clipped']} samples")
         if row[f"{name}_spikes"]:
             left = "replaced" if row["spikes_removed"] else "left in (despike: true replaces them)"
-            count = row[f"{name}_spikes"]
-            said.append(f"{count} spike{'s' if count > 1 else ''} in {name}, {left}")
+            said.append(f"{counted(row[f'{name}_spikes'], 'spike')} in {name}, {left}")
         before, after = row[f"{name}_zero_N"], row[f"{name}_zero_end_N"]
         if before is None and after is None:
             said.append(f"no unloaded samples: the zero of {name} is unknown, mu_std is without it")
@@ -232,9 +228,8 @@ def _check_columns(record: SctRecord) -> None:
     some = slice(None, None, max(1, len(record) // _PIECE))
     F_n, F_r = record.F_n[some], record.F_r[some]
     before = max(5, len(F_n) // 100)
-    F_n = F_n - (
-        float(np.median(F_n[-before:])) if begins_loaded(record.F_n) else float(np.median(F_n[:before]))
-    )
+    unloaded = F_n[-before:] if begins_loaded(record.F_n) else F_n[:before]
+    F_n = F_n - float(np.median(unloaded))
     F_r = np.abs(F_r - float(np.median(F_r[:before])))
     normal = float(np.percentile(F_n, 99.0))
     if -float(np.percentile(F_n, 1.0)) > max(normal, 0.0):

@@ -15,10 +15,9 @@ import tempfile
 import threading
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any, NotRequired, TypedDict
+from typing import IO, NotRequired, TypedDict
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
@@ -74,12 +73,8 @@ class _Process:
     def ask(self, question: Mapping[str, str], patience: float) -> _Answer | None:
         """Return the answer; None when the process ended.
 
-        Raises
-        ------
-        TimeoutError
-            No answer within `patience` seconds after the library was loaded.
-        NotReady
-            Not even that was done in time.
+        Raises TimeoutError: no answer within `patience` seconds after the library was loaded; NotReady: not even that
+        was done in time.
         """
         assert self.process.stdin is not None
         try:
@@ -164,9 +159,8 @@ def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTab
 
 
 def _load(folder: Path, answer: _Answer, where: str) -> RawTable:
-    columns: dict[str, npt.NDArray[Any]] = {}
-    for number, name in enumerate(answer["names"]):
-        columns[name] = np.load(folder / f"{number}.npy", allow_pickle=False)
-    return RawTable(
-        pd.DataFrame(columns), dict(answer["units"]), where, answer["format"], tuple(answer["notes"])
-    )
+    columns = {
+        name: np.load(folder / f"{number}.npy", allow_pickle=False)
+        for number, name in enumerate(answer["names"])
+    }
+    return RawTable(pd.DataFrame(columns), answer["units"], where, answer["format"], tuple(answer["notes"]))

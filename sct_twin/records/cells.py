@@ -21,8 +21,6 @@ Cell = str | float | None
 def is_given(value: Any) -> bool:
     """Whether a cell of a test table holds something.
 
-    Examples
-    --------
     >>> [is_given(cell) for cell in (0.0, "A", "", None, float("nan"))]
     [True, True, False, False, False]
     """
@@ -54,10 +52,7 @@ def map_content(
 ) -> tuple[Mapping[str, Any], str]:
     """Return the content of a map of columns (a YAML file, or what such a file holds), and how messages name it.
 
-    Raises
-    ------
-    InputError
-        No such file, too large, unreadable YAML, no keys, or unknown ones.
+    Raises InputError: no such file, too large, unreadable YAML, no keys, or unknown ones.
     """
     where = what
     content: Any = source

@@ -231,8 +231,6 @@ class SctRecord:
 def usual_step(t: FloatArray) -> float:
     """Return the median step of a time [s], of some 500 000 pairs of samples where there are more.
 
-    Examples
-    --------
     >>> usual_step(np.array([0.0, 0.5, 1.0, 1.5, 60.0]))
     0.5
     """
@@ -241,11 +239,7 @@ def usual_step(t: FloatArray) -> float:
 
 
 def write_csv(path: Path, columns: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> None:
-    """Write channels as CSV: header, units row, rounded to what a data logger resolves.
-
-    - `path`: file to write.
-    - `columns`, shape (n,): channels by canonical name and in canonical units.
-    """
+    """Write channels in canonical units as CSV: header, units row, rounded to what a data logger resolves."""
     import pyarrow as pa
     import pyarrow.csv as pa_csv
 

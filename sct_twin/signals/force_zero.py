@@ -35,12 +35,11 @@ class ForceZero:
 
 @dataclass(frozen=True, eq=False)
 class Zeros:
-    """The zeros of both cells, and the unloaded samples they are from."""
+    """The zeros of both cells, and the unloaded samples before the load."""
 
     F_n: ForceZero
     F_r: ForceZero
     rows_before: np.ndarray
-    rows_after: np.ndarray
 
 
 def force_zeros(
@@ -71,7 +70,7 @@ def force_zeros(
     after = after[motion.standing()[after]] if len(after) else after
     if len(after) < MIN_SAMPLES:
         after = after[:0]
-    return Zeros(_zero(t, F_n, before, after), _zero(t, F_r, before, after), before, after)
+    return Zeros(_zero(t, F_n, before, after), _zero(t, F_r, before, after), before)
 
 
 def drift(t: FloatArray, values: FloatArray, rows: np.ndarray) -> float | None:

@@ -25,8 +25,6 @@ TIMES = ("t_upsetting", "t_sliding", "t_end")
 class PhaseTimes:
     """When the phases of a test begin and end, on the clock of its record [s]; None: to be detected.
 
-    Examples
-    --------
     >>> t = np.arange(100) / 100
     >>> said = {"t_upsetting": 0.25, "t_sliding": 0.5}
     >>> PhaseTimes.of(SctRecord("sct001", t, F_n=90e3 + t, F_r=7e3 + t, s=20 * t, metadata=said))
@@ -67,8 +65,6 @@ class PhaseTimes:
 class Phases:
     """Upsetting and sliding as time spans [s], or as values of a channel of the file.
 
-    Examples
-    --------
     >>> Phases(upsetting=(0.5, 1.0), sliding=(1.2, 2.0)).channel is None
     True
     """
@@ -76,17 +72,13 @@ class Phases:
     #: First and last time [s]; with `channel` the value of that channel, twice.
     upsetting: tuple[float, float]
     sliding: tuple[float, float]
-    #: Column that holds the phase.
     channel: str | None = None
 
     @classmethod
     def load(cls, content: Any, where: str) -> Phases | None:
         """Read ``detect`` (or nothing), two time spans, or a channel with two values.
 
-        Raises
-        ------
-        InputError
-            Unknown keys, no spans, spans that end before they begin or overlap.
+        Raises InputError: unknown keys, no spans, spans that end before they begin or overlap.
         """
         if content is None or content == "detect":
             return None

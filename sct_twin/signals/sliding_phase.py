@@ -17,7 +17,6 @@ from .filters import can_smooth, smooth, spike_rows, without
 from .force_zero import ForceZero, Zeros, force_zeros
 from .motion import Motion
 from .phases import PhaseTimes
-from .sliding_series import SlidingSeries, binned
 
 #: Samples around the start of sliding [s] that are never taken for spikes: friction breaks away there.
 BREAK_AWAY = 0.02
@@ -56,11 +55,6 @@ class TestSignals:
     #: Largest speed by the acceleration alone over that by the position alone; 0 without acceleration.
     acceleration_ratio: float = 0.0
 
-    @property
-    def force_zero(self) -> tuple[float, float]:
-        """Zeros of F_n and F_r before the load [N]."""
-        return self.zeros.F_n.before, self.zeros.F_r.before
-
 
 def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     """Find the phases of a test and compute what is measured only indirectly.
@@ -78,7 +72,7 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     where = record.where
     times = PhaseTimes.of(record)
     clock = Clock.of(record, times.sliding)
-    repair = _is_true(record, "despike")
+    repair = _despikes(record)
     removed = 0
 
     def column(name: str, protected: tuple[float, float] | None = None) -> FloatArray:
@@ -138,23 +132,6 @@ def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     )
 
 
-def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
-    """Average forces and speed over equal distances, one point every `spacing` mm.
-
-    Raises InputError: less than ten points of sliding.
-    """
-    rows = slice(signals.slide_start, None)
-    return binned(
-        signals.t[rows] - signals.t[signals.slide_start],
-        signals.sd[rows],
-        signals.v[rows],
-        signals.F_n[rows],
-        signals.friction[rows],
-        (signals.F_n_std[rows], signals.friction_std[rows]),
-        spacing,
-    )
-
-
 def _load_start(F_n: FloatArray) -> int:
     """Return the first sample under load; 0 where the record begins under load."""
     # A median of five: a spike is not a load.
@@ -205,11 +182,11 @@ def _corner(record: SctRecord, dt: float) -> float:
     return corner if can_smooth(len(record), dt, corner) else 0.0
 
 
-def _is_true(record: SctRecord, name: str) -> bool:
-    value = record.metadata.get(name)
+def _despikes(record: SctRecord) -> bool:
+    value = record.metadata.get("despike")
     if not is_given(value):
         return False
     text = str(value).strip().lower()
     if text not in {"true", "false", "1", "0", "1.0", "0.0", "yes", "no"}:
-        raise InputError(f"{record.where}: metadata {name!r} is {value!r}; allowed: true or false")
+        raise InputError(f"{record.where}: metadata 'despike' is {value!r}; allowed: true or false")
     return text in {"true", "1", "1.0", "yes"}

@@ -9,6 +9,7 @@ import numpy as np
 from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
+from .sliding_phase import TestSignals
 from .uncertainty import LONGEST_NOISE, excess, local_variance, noise_memory
 
 #: Part of the distance over which noise is judged.
@@ -19,11 +20,9 @@ STEADY = (0.15, 0.9)
 class SlidingSeries:
     """Friction at equal distances of sliding; all arrays of shape (n,)."""
 
-    #: Time since sliding began [s].
+    #: Time since sliding began [s], distance [mm] and speed [mm/s] of sliding.
     t: FloatArray
-    #: Sliding distance [mm].
     sd: FloatArray
-    #: Sliding speed [mm/s].
     v_rel: FloatArray
     #: Normal force and friction force [N].
     F_n: FloatArray
@@ -53,8 +52,7 @@ class Bins:
     the way between two samples.
 
     - `x`, shape (n,): distances of the samples, increasing [mm].
-    - `spacing`: distance between points and width of each [mm].
-    - `count`: number of points, the first at `spacing`.
+    - `count`: number of points, the first at `spacing` [mm].
     """
 
     def __init__(self, x: FloatArray, spacing: float, count: int) -> None:
@@ -85,34 +83,27 @@ class Bins:
         return np.asarray(np.bincount(self.bin, parts, self.count), dtype=np.float64)
 
 
-def binned(
-    t: FloatArray,
-    sd: FloatArray,
-    v: FloatArray,
-    F_n: FloatArray,
-    friction: FloatArray,
-    common: tuple[FloatArray, FloatArray],
-    spacing: float,
-) -> SlidingSeries:
-    """Average speed and forces over equal distances, one point every `spacing` mm.
+def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
+    """Average speed and forces over equal distances of sliding, one point every `spacing` mm.
 
     Raises InputError: less than ten points of sliding.
-
-    - `t`, `sd`, `v`, `F_n`, `friction`, shape (n,): samples from the start of sliding on; `sd` never
-      decreases.
-    - `common`, shape (n,): standard uncertainties of normal and friction force that all samples share [N].
-    - `spacing`: distance between points [mm].
     """
+    start = signals.slide_start
+    sd = signals.sd[start:]
     last = float(sd[-1])
     count = int(np.floor(last / spacing - 0.5 + 1e-9))
     if count < 10:
         raise InputError(f"the test slides {last:g} mm; allowed: at least {10.5 * spacing:g} mm")
     moving = np.concatenate([[True], np.diff(sd) > 1e-9])
     x = sd[moving]
+
+    def sliding(values: FloatArray) -> FloatArray:
+        return np.asarray(values[start:][moving])
+
     bins = Bins(x, spacing, count)
-    normal, force = bins.mean(F_n[moving]), bins.mean(friction[moving])
-    mu = friction[moving] / np.where(np.abs(F_n[moving]) > 1e-9, F_n[moving], 1e-9)
-    usual = float(np.median(np.diff(x)))
+    F_n, friction = sliding(signals.F_n), sliding(signals.friction)
+    normal, force = bins.mean(F_n), bins.mean(friction)
+    mu = friction / np.where(np.abs(F_n) > 1e-9, F_n, 1e-9)
     # Friction breaks away at the start and the plate may stop at the end: noise is judged between.
     steady = slice(*np.searchsorted(x, (STEADY[0] * last, STEADY[1] * last)))
     usual = float(np.median(np.diff(x[steady]))) if steady.stop - steady.start > 2 else spacing
@@ -120,12 +111,12 @@ def binned(
     along = local_variance(mu, variance, steady)
     inside = spacing / np.maximum(bins.mean(np.gradient(x)), 1e-12)
     noise = np.sqrt(bins.variance(along) * excess(inside, correlation))
-    u_n, u_r = (bins.mean(values[moving]) for values in common)
+    u_n, u_r = bins.mean(sliding(signals.F_n_std)), bins.mean(sliding(signals.friction_std))
     grid: FloatArray = (spacing * np.arange(1, count + 1)).astype(np.float64)
     return SlidingSeries(
-        np.interp(grid, x, t[moving]),
+        np.interp(grid, x, sliding(signals.t - signals.t[start])),
         grid,
-        bins.mean(v[moving]),
+        bins.mean(sliding(signals.v)),
         normal,
         force,
         noise,

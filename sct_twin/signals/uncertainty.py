@@ -24,7 +24,6 @@ def noise_memory(values: FloatArray, longest: int) -> tuple[float, float]:
     remembers gives less at short lags; the rise gives the correlation of an autoregressive process of
     first order.
 
-    - `values`, shape (n,): samples.
     - `longest`: largest lag [samples] at which what changes still counts as noise.
     """
     squares = []
@@ -56,8 +55,6 @@ def excess(count: FloatArray, correlation: float) -> FloatArray:
     Of an autoregressive process of first order with correlation r:
     ``(1 + r)/(1 - r) - 2 r (1 - r^n) / (n (1 - r)^2)``, 1 at n = 1.
 
-    Examples
-    --------
     Samples without memory add nothing; with a correlation of 0.5 a long mean has three times the variance:
 
     >>> excess(np.array([100.0]), 0.0).tolist()

@@ -16,14 +16,14 @@ from ..ingest.raw_campaign import RawCampaign
 from ..records.cells import Cell
 from ..records.record import SctRecord
 from ..signals.filters import smooth
-from ..signals.sliding_phase import TestSignals, process, resample
-from .contact_diameter import measured_diameter
-from .contact_reading import ContactReading
+from ..signals.sliding_phase import TestSignals, process
+from ..signals.sliding_series import resample
+from .contact_reading import ContactReading, measured_diameter
 from .heat.sliding import TemperatureHistory, rest, slide
 from .heat.thermal_settings import ThermalBody, ThermalSettings
 from .test_result import TestResult
 from .uncertainty import GivenUncertainty, load_uncertainties
-from .upsetting import ContactState, geometry, shear_share
+from .upsetting import ContactState, UpsettingCase, geometry, shear_share
 
 
 @dataclass
@@ -81,7 +81,6 @@ class TwinSettings:
           `T_specimen`, `bore`, `tip`, ...
         - `moving_mass`: mass between force cell and contact [kg]; the twin's own, or 0, by default.
         """
-        where = record.source or f"test {record.test_id}"
         mass = next((m for m in (self.moving_mass, moving_mass) if m is not None), 0.0)
         signals = process(record, record.number("moving_mass", mass))
         series = resample(signals, self.spacing)
@@ -90,24 +89,15 @@ class TwinSettings:
         if mu is None:
             mu = float(np.clip(np.median(series.mu[: max(10, len(series.mu) // 10)]), 0.0, 0.3))
         punch = geometry(record)
-        t, F_n = _loading(signals)
-        reading = ContactReading(
-            punch,
-            t,
-            F_n,
-            series.F_n,
-            as_material(self.material),
-            mu,
-            record.number("T_specimen", T_tool),
-            T_tool,
-            self.mesh_size,
-            measured_diameter(record, punch),
-            where,
-        )
+        upset_to, seconds = _loading(signals)
+        material, T0 = as_material(self.material), record.number("T_specimen", T_tool)
+        case = UpsettingCase(punch, upset_to, self.mesh_size, material, mu, T0, T_tool)
+        diameter = measured_diameter(record, punch)
+        reading = ContactReading(case, seconds, series.F_n, diameter, record.where)
         found = reading.read()
-        state = found.upsetting.at(reading.upset_to)
+        state = found.upsetting.at(upset_to)
         area, psi = reading.area_and_psi(found.upsetting)
-        waiting = _waiting(signals, reading.upset_to)
+        waiting = _waiting(signals, upset_to)
 
         def heated(state: ContactState, heat: ThermalSettings) -> TemperatureHistory:
             contact = state.sliding(
@@ -164,12 +154,12 @@ class TwinSettings:
             "T_mean": round(float(T["mean"].mean()), 3),
             "v_mean": round(float(series.v_rel.mean()), 4),
             "sigma_n_shear": round(shear_share(state, punch, float(series.mu.mean())), 5),
-            "F_n_zero": round(signals.force_zero[0], 3),
-            "F_r_zero": round(signals.force_zero[1], 3),
+            "F_n_zero": round(signals.zeros.F_n.before, 3),
+            "F_r_zero": round(signals.zeros.F_r.before, 3),
             # only where the record goes on without load: what a zero that is taken before the load does not show
             **({} if zero_end is None else {"F_r_zero_end": round(zero_end, 3)}),
             "mu_noise": float(f"{_mu_noise(signals):.4g}"),
-            **found.summary,
+            **found.summary(),
         }
         return TestResult(record.test_id, columns, summary)
 
@@ -186,16 +176,15 @@ def evaluate_file(
         return str(error)
 
 
-def _loading(signals: TestSignals) -> tuple[np.ndarray, np.ndarray]:
-    """Return time and smoothed normal force from the first load to its highest before sliding, never negative."""
+def _loading(signals: TestSignals) -> tuple[float, float]:
+    """Return the highest normal force before sliding [N], smoothed, and how long it took to get there [s]."""
     span = slice(max(signals.load_start - 1, 0), signals.slide_start)
     dt = float(signals.t[1] - signals.t[0])
     F_n = np.maximum(smooth(signals.F_n, dt, 20.0)[span], 0.0)
     t = signals.t[span]
     # A wobble of the last sample is not a state: the contact belongs to what the highest force stays near to.
     reached = F_n >= 0.97 * F_n.max()
-    first = int(np.argmax(reached))
-    return np.append(t[:first], t[first]), np.append(F_n[:first], float(np.median(F_n[reached])))
+    return float(np.median(F_n[reached])), float(t[np.argmax(reached)] - t[0])
 
 
 def _waiting(signals: TestSignals, upset_to: float) -> float:

@@ -34,29 +34,11 @@ def process_uncertainties(
     """Return what the loads may be off by when a process is driven from its start; its own state stays.
 
     They are the columns of an evaluated test: `u_sigma_n` [MPa], `u_psi` and `u_T` [K], standard uncertainties, nearly
-    all of it common to the steps. The inputs hold; what they may be off by is not in them.
+    all of it common to the steps. The inputs of n steps, as `SctProcess.advance` takes them, hold; what they may be off by
+    is not in them. Each column has the shape (n + 1,): at the start and at the end of every step.
 
-    Parameters
-    ----------
-    process : SctProcess
-        Specimen, punch and heat data.
-    dt, F_n, v_slide, T_tool, mu : ndarray, shape (n,)
-        Inputs of n steps, as `SctProcess.advance` takes them.
-    given : GivenUncertainty, optional
-        Standard uncertainties of flow stress, friction while upsetting, dimensions and heat data.
+    Raises InputError: no step, or an input that is not finite or out of its physical range.
 
-    Returns
-    -------
-    dict of ndarray, shape (n + 1,)
-        At the start and at the end of every step.
-
-    Raises
-    ------
-    InputError
-        No step, or an input that is not finite or out of its physical range.
-
-    Examples
-    --------
     A filled bore: of its diameter 0.02 mm are uncertain, and 0.6 % of the pressure by the mesh.
 
     >>> steps = {"F_n": 330e3, "v_slide": 100.0, "T_tool": 20.0, "mu": 0.08}
@@ -90,10 +72,9 @@ def process_uncertainties(
         return read(UpsettingRun(known_upset(other, "SCT process"), other))
 
     loads = driven(replace(process.thermal, cells=min(COARSE, process.thermal.cells)))
-    sizes = case.punch.specimen_diameter, case.punch.bore_diameter
     others = [
         read(replace(usual, flow_stress=1.0 + given.flow_stress)),
-        *other_dimensions(usual, force, upset_to, sizes, given.diameter),
+        *other_dimensions(usual, force, upset_to, given.diameter),
         *other_friction(at_friction, case.mu, given),
     ]
     state = usual.at(upset_to)

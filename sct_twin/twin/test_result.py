@@ -68,14 +68,11 @@ ASSUMPTIONS = (
 class TestResult:
     """Loads and friction of one test at equal distances.
 
-    Examples
-    --------
     >>> columns = {"sd": np.array([0.0, 0.1]), "mu": np.array([0.08, 0.07])}
     >>> TestResult("sct001", columns).points().values.tolist()
     [['sct001', 0.0, 0.08], ['sct001', 0.1, 0.07]]
     """
 
-    #: Name of the test.
     test_id: str
     #: `t, v_rel, T, sigma_n, sd, psi, mu` and the columns of `EXTRA_UNITS`, shape (n,).
     columns: Mapping[str, FloatArray]

@@ -59,20 +59,14 @@ class GivenUncertainty:
 
 
 def other_dimensions(
-    upsetting: UpsettingRun,
-    F_n: FloatArray,
-    upset_to: float,
-    diameters: tuple[float, float | None],
-    by: float,
+    upsetting: UpsettingRun, F_n: FloatArray, upset_to: float, by: float
 ) -> list[AreaAndPsi]:
     """Return contacts of a specimen whose diameter is larger by `by` [mm], and of a bore that is.
 
     A filled bore gives the area, and a larger specimen expands less in it. Otherwise a specimen that is s times as
     large under s^2 times the force has s^2 times the contact.
-
-    - `diameters`: of specimen and bore [mm]; None: no bore.
     """
-    specimen, bore = diameters
+    specimen, bore = upsetting.case.punch.specimen_diameter, upsetting.case.punch.bore_diameter
     area, psi = upsetting.area_and_psi(F_n, upset_to)
     s2 = (1.0 + by / specimen) ** 2
     if bore is not None and 2.0 * math.sqrt(area[-1] / math.pi) > FILLED * bore:

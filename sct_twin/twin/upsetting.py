@@ -1,13 +1,15 @@
-"""The upsetting phase: contact area, pressure and surface expansion from the FE kernel when sliding begins."""
+"""The upsetting phase: contact area, pressure, surface expansion and heat from the FE kernel when sliding begins."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
+from forming.fe.heat.properties import integral
 from forming.materials.materials import Material
 from forming.processes.plate_contact import ring_shares
 from forming.processes.specimen_upsetting import UpsettingResult, upset
@@ -18,7 +20,6 @@ from friction_models.loads import FloatArray
 from ..records.record import SctRecord
 from .heat.contact_temperature import SlidingContact, ThermalSettings
 from .heat.sliding import rest
-from .heat.upsetting_heat import heat_of_upsetting
 
 #: Punch speed [mm/s] where nothing else is measured.
 SPEED = 10.0
@@ -39,7 +40,6 @@ class UpsettingCase:
     force: float
     mesh_size: float
     material: Material
-    #: Friction while upsetting.
     mu: float
     T0: float
     T_tool: float
@@ -55,7 +55,7 @@ class ContactState:
     #: Contact area [mm2] and the radius of the circle of that area [mm].
     area: float
     radius: float
-    #: Height of the specimen [mm].
+    #: Of the specimen [mm].
     height: float
     #: Area-weighted mean of the local surface expansion dA/dA0.
     psi: float
@@ -77,7 +77,7 @@ class ContactState:
         weights = _weights(result.force, force)
         profile = np.maximum(weights @ result.sigma_n / weights.sum(), 0.0)
         fraction = np.asarray(result.radius_fraction)
-        heat = heat_of_upsetting(result, force, case.punch, case.material, case.T0)
+        heat = heat_of_upsetting(result, force, case)
         return cls(
             force=float(force),
             area=area,
@@ -113,6 +113,54 @@ class ContactState:
         return contact
 
 
+class UpsettingHeat(NamedTuple):
+    """Heat of upsetting in a specimen.
+
+    `temperature` [degC] is the one that the specimen would have if all heat were still in it, `age` [s] how long the heat
+    has been there, on average over the work.
+    """
+
+    temperature: float
+    age: float
+
+
+def heat_of_upsetting(result: UpsettingResult, force: float, case: UpsettingCase) -> UpsettingHeat:
+    """Return the heat in a specimen that is upset to a force [N].
+
+    The work of the punch, without what is stored elastically, becomes heat as the material says (Taylor and Quinney).
+    The surface of a specimen that lies between cold tools is colder than its inside, so that its temperature
+    would tell too little of that.
+    """
+    material, T0 = case.material, case.T0
+    known = np.maximum.accumulate(result.force)
+    below = result.force < force
+    F, h, t = (
+        np.append(values[below], np.interp(force, known, values))
+        for values in (result.force, result.height, result.time)
+    )
+    work = 0.5 * (F[1:] + F[:-1]) * -np.diff(h)
+    area = math.pi * float(np.interp(force, known, result.contact_radius)) ** 2
+    shear, bulk = material.shear_modulus, material.bulk_modulus
+    modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
+    total = float(work.sum())
+    if total <= 0.0:
+        return UpsettingHeat(T0, 0.0)
+    plastic = max(total - 0.5 * force**2 * float(h[-1]) / (modulus * area), 0.0)
+    (r0, z0), (r1, z1) = case.punch.outline()[:-1].T, case.punch.outline()[1:].T
+    volume = math.pi / 3.0 * float(((z1 - z0) * (r0**2 + r0 * r1 + r1**2)).sum())
+    heat = material.taylor_quinney * plastic / volume
+
+    def heat_between(low: float, high: float) -> float:
+        return float(integral(material.heat_capacity, high) - integral(material.heat_capacity, low))
+
+    # Capacity hardly changes over the rise: its mean over the rise that it gives at T0 will do.
+    rise = heat / heat_between(T0 - 0.5, T0 + 0.5)
+    if rise > 0.0:
+        rise = heat / (heat_between(T0, T0 + rise) / rise)
+    age = float((t[-1] - 0.5 * (t[1:] + t[:-1])) @ work) / total
+    return UpsettingHeat(T0 + rise, age)
+
+
 def geometry(record: SctRecord) -> PunchGeometry:
     """Return specimen and punch as the test table describes them.
 
@@ -120,22 +168,15 @@ def geometry(record: SctRecord) -> PunchGeometry:
     `tip` (none: the whole end face) and `tip_height`, all in mm.
     """
     bore, tip = record.number("bore", 0.0), record.number("tip", 0.0)
-    return PunchGeometry(
-        specimen_diameter=record.number("specimen_diameter", 15.0),
-        specimen_height=record.number("specimen_height", 15.0),
-        bore_diameter=bore or None,
-        tip_diameter=tip or None,
-        tip_height=record.number("tip_height", 2.5),
-    )
+    size = record.number("specimen_diameter", 15.0), record.number("specimen_height", 15.0)
+    return PunchGeometry(*size, bore or None, tip or None, record.number("tip_height", 2.5))
 
 
 @dataclass(frozen=True, eq=False)
 class UpsettingRun:
     """An upsetting run that is read at forces."""
 
-    #: The run.
     result: UpsettingResult
-    #: What was upset.
     case: UpsettingCase
     #: Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
     #: F / `flow_stress`, with its pressure in proportion.
@@ -186,42 +227,8 @@ def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:
     return 1.0 - 1.0 / math.sqrt(1.0 + 3.0 * mu * mu)
 
 
-def upset_specimen(
-    punch: PunchGeometry,
-    t: FloatArray,
-    F_n: FloatArray,
-    highest: float,
-    material: Material,
-    mu: float,
-    T_specimen: float,
-    T_tool: float,
-    mesh_size: float,
-    where: str,
-) -> UpsettingRun:
-    """Upset under a measured force history [s], [N] and up to the highest force of the test [N].
-
-    The punch speed is the one that makes upsetting last as long as it did, to half a power of two: the
-    flow stress knows the history through it (with an exponent of 0.025), everything else is a function of
-    the force.
-
-    Raises InputError: the force cannot be reached with this specimen.
-    """
-    reached = float(np.max(F_n))
-
-    force = run_force(max(reached, highest))
-    usual = UpsettingCase(punch, force, mesh_size, material, mu, T_specimen, T_tool)
-    result, case = known_upset(usual, where), usual
-    stroke = float(result.height[0] - local_fit(result.force, result.height, reached))
-    factor = stroke / max(float(t[-1] - t[0]), 1e-3) / SPEED
-    if not 0.5 < factor < 2.0:
-        speed = SPEED * 2.0 ** float(np.clip(round(math.log2(max(factor, 1e-3))), -6, 6))
-        case = replace(usual, speed=speed)
-        result = known_upset(case, where)
-    return UpsettingRun(result, case)
-
-
 def known_upset(case: UpsettingCase, where: str) -> UpsettingResult:
-    """Return `robust_upset`, from this process's memory where the same was asked before."""
+    """Return `robust_upset`, from this process's memory where the same was asked before; its errors begin with `where`."""
     try:
         return _remembered(case)
     except InputError as error:
@@ -236,10 +243,10 @@ def run_force(highest: float) -> float:
     return float(1.1 ** math.ceil(math.log(1.1 * highest) / math.log(1.1)))
 
 
-def robust_upset(case: UpsettingCase, where: str = "") -> UpsettingResult:
+def robust_upset(case: UpsettingCase) -> UpsettingResult:
     """Upset up to the force; where a fold closes badly, another mesh usually gets through.
 
-    Raises InputError: no mesh reaches the force; the message begins with `where`.
+    Raises InputError: no mesh reaches the force.
     """
     message = ""
     largest = case.punch.specimen_diameter / 8.0
@@ -249,7 +256,7 @@ def robust_upset(case: UpsettingCase, where: str = "") -> UpsettingResult:
             return result
         message = message or result.message
     raise InputError(
-        f"{where}upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
+        f"upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
     )
 
 

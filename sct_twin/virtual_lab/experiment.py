@@ -132,10 +132,8 @@ def run_test(
     F_n = _forces(told, force, loading, free, wait, plate_sd, distance, float(row["v_set"]))
     end = begin + len(plate_v)
     if unloaded > 0.0:
-        standing, falling = (
-            np.full(round(0.1 * RATE), F_n[-1]),
-            np.linspace(F_n[-1], 0.0, round(UNLOADING * RATE)),
-        )
+        standing = np.full(round(0.1 * RATE), F_n[-1])
+        falling = np.linspace(F_n[-1], 0.0, round(UNLOADING * RATE))
         F_n = np.concatenate([F_n, standing, falling, np.zeros(round(unloaded * RATE))])
     n = len(F_n)
     wobble = wander(n, 0.4 * RATE, instruments.control, rng)
@@ -148,7 +146,7 @@ def run_test(
     static = np.zeros(len(plate_sd))  # by how much friction is higher at break-away
     if instruments.stiffness > 0.0:
         static += instruments.static / (1.0 + (plate_sd / instruments.static_length) ** 2)
-    sliding = Sliding(F_n[begin:end], plate_v, plate_sd, scatter, static)
+    sliding = Sliding(F_n[begin:end], plate_v, plate_sd, scatter)
     T, work, slip = heat(state, law, context, rig, T_tool, rise, float(row["t_wait"]), sliding)
     sigma_n = state.sigma_n(sliding.F_n)
     psi = np.full(len(plate_sd), state.psi)
@@ -216,10 +214,8 @@ def _motion(
     if ahead > 0.0:
         v = np.concatenate([v, np.full(int(np.ceil(ahead / v[-1] * RATE)), v[-1])])
     t = np.arange(len(v)) / RATE
-    ripple = 1.0 + 0.003 * np.sin(
-        2.0 * np.pi * float(rng.uniform(3.0, 8.0)) * t + float(rng.uniform(0, 6.28))
-    )
-    v = v * ripple
+    frequency, phase = float(rng.uniform(3.0, 8.0)), float(rng.uniform(0, 6.28))
+    v = v * (1.0 + 0.003 * np.sin(2.0 * np.pi * frequency * t + phase))
     v = v[: int(np.searchsorted(integral(v, 1.0 / RATE), distance + ahead)) + 1]
     if not brakes:
         return np.asarray(v)
@@ -249,17 +245,8 @@ def _follow(
     mu = max(float(law.mu(start)[0]) + offset, LEAST_MU_WITH_SCATTER)
     mass = instruments.moving_mass * 1e-3
     damping = 2.0 * instruments.damping * float(np.sqrt(instruments.stiffness * mass))
-    sd, pull = on_elastic_drive(
-        drive,
-        np.full(len(drive), force),
-        mu,
-        instruments.static,
-        instruments.static_length,
-        instruments.stiffness,
-        damping,
-        mass,
-        1.0 / RATE,
-    )
+    static = instruments.static, instruments.static_length
+    sd, pull = on_elastic_drive(drive, force, mu, *static, instruments.stiffness, damping, mass)
     v = np.gradient(sd, 1.0 / RATE)
     v[sd <= 0.0] = 0.0
     return np.maximum(v, 0.0), sd, pull

@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -17,10 +17,8 @@ from friction_models.common import InputError, write_json
 from friction_models.common.files import read_json
 from friction_models.loads import FloatArray
 
-from .heat.bodies import LabHeat
 from .hidden import HIDDEN, HiddenEffect, LawInput, hidden_names
 from .lubricants import lubricant_named
-from .rig.specimen import Rig
 
 #: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.
 BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, "sd": 6.0e-5, "psi": 3.0e-3}
@@ -28,28 +26,10 @@ BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, 
 LEAST_MU = 0.005
 
 
-class HiddenContent(TypedDict):
-    """A hidden effect in a truth file."""
-
-    name: str
-    formula: str
-    parameters: dict[str, float]
-
-
-class LawContent(TypedDict):
-    """A law in a truth file."""
-
-    lubricant: str | None
-    base: dict[str, float]
-    hidden: list[HiddenContent]
-
-
 @dataclass(frozen=True)
 class TrueLaw:
     """Base coefficients and hidden effects with the parameters that were drawn.
 
-    Examples
-    --------
     A law with a slope of the pressure only:
 
     >>> base = {"constant": 0.1, "v_rel": 0.0, "T": 0.0, "sigma_n": -2e-5, "sd": 0.0, "psi": 0.0}
@@ -64,7 +44,6 @@ class TrueLaw:
 
     #: Coefficients of the base law: keys as in `BASE`, or the parameters of the lubricant.
     base: Mapping[str, float]
-    #: What is added to it.
     hidden: tuple[tuple[HiddenEffect, Mapping[str, float]], ...] = field(default=())
     #: Whose law the base is; None: linear in the five loads.
     lubricant: str | None = None
@@ -88,14 +67,14 @@ class TrueLaw:
         return cls(base, tuple(effects), lubricant)
 
     @classmethod
-    def from_dict(cls, content: LawContent) -> TrueLaw:
+    def from_dict(cls, content: Mapping[str, Any]) -> TrueLaw:
         """Rebuild from `to_dict`."""
         effects = tuple(
             (HIDDEN[hidden_names(item["name"])[0]], dict(item["parameters"])) for item in content["hidden"]
         )
         return cls(dict(content["base"]), effects, content.get("lubricant"))
 
-    def to_dict(self) -> LawContent:
+    def to_dict(self) -> dict[str, Any]:
         """Return a description for the truth file."""
         return {
             "lubricant": self.lubricant,
@@ -135,16 +114,14 @@ class ContactLaw:
     keep their order. Work grows with the sliding distance since the last call, once an instant; at time
     zero it starts anew.
 
-    Examples
-    --------
     >>> base = {"constant": 0.1, "v_rel": 0.0, "T": 0.0, "sigma_n": -2e-5, "sd": 0.0, "psi": 0.0}
     >>> friction = ContactLaw(TrueLaw(base))
     >>> friction(np.array([[50.0, 20.0, 1000.0, 0.0, 1.0]]), t=0.0).round(6).tolist()
     [0.08]
     """
 
-    def __init__(self, law: TrueLaw, context: Mapping[str, float] | None = None) -> None:
-        self.law, self.context = law, dict(context or {})
+    def __init__(self, law: TrueLaw) -> None:
+        self.law = law
         self._work: FloatArray | None = None
         self._sd: FloatArray | None = None
         self._t = -np.inf
@@ -155,10 +132,10 @@ class ContactLaw:
         if self._work is None or self._sd is None or len(self._sd) != len(sd) or t <= 0.0:
             self._work, self._sd, self._t = np.zeros(len(sd)), sd.copy(), -np.inf
         if t > self._t:
-            mu = self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))
+            mu = self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, {}))
             self._work = self._work + mu * sigma_n * np.maximum(sd - self._sd, 0.0)
             self._sd, self._t = sd.copy(), float(t)
-        return self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))
+        return self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, {}))
 
 
 TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"
@@ -202,8 +179,3 @@ def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str
             test_id, _, name = key.partition("/")
             tests.setdefault(test_id, {})[name] = stored[key]
     return content, tests
-
-
-def rig_from(content: Mapping[str, Any]) -> Rig:
-    """Return the rig that `truth.json` describes."""
-    return Rig(**{**content, "thermal": LabHeat.from_dict(content["thermal"])})

@@ -46,7 +46,9 @@ def specimen_tables(
         for T, change in cases:
             size = DIAMETER + change.get("diameter", 0.0), HEIGHT + change.get("height", 0.0)
             punch = PunchGeometry(*size, bore_diameter=bore, tip_diameter=tip or None)
-            items.append((punch, T, TABLE_MU + change.get("mu", 0.0), force, rig, cache))
+            mu = TABLE_MU + change.get("mu", 0.0)
+            case = Upsetting(punch, force, rig.mesh_size, rig.material, mu, T, T, rig.ram_speed)
+            items.append((case, cache))
     known = {index: kept_run(*item) for index, item in enumerate(items)}
     runs = {index: run for index, run in known.items() if run is not None}
     missing = [index for index in known if index not in runs]
@@ -54,34 +56,28 @@ def specimen_tables(
     for number, run in map_unordered(compute_run, [items[index] for index in missing], jobs):
         runs[missing[number]] = run
         tick(len(runs), len(items))
-    m1 = rig.material.m1
     tables = {}
     for number, shape in enumerate(shapes):
-        mine = [runs[len(cases) * number + k] for k in range(len(cases))]
-        tables[shape] = SpecimenTable((mine[0], mine[1]), m1, dict(zip(changed, mine[2:])))
+        low, high, *others = (runs[len(cases) * number + k] for k in range(len(cases)))
+        tables[shape] = SpecimenTable((low, high), rig.material.m1, dict(zip(changed, others)))
     return tables
 
 
-def kept_run(
-    punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
-) -> SpecimenRun | None:
-    """Return one upsetting run up to `force` [N] with friction `mu` from the cache; None: it is not known."""
+def kept_run(case: Upsetting, cache: str | None) -> SpecimenRun | None:
+    """Return an upsetting run from the cache; None: it is not known."""
     with contextlib.suppress(OSError):
-        file, key = _place(_case(punch, T_tool, mu, force, rig), cache)
+        file, key = _place(case, cache)
         if is_kept(file, key):
             with np.load(file, allow_pickle=False) as stored:
                 return SpecimenRun(**{f.name: stored[f.name] for f in fields(SpecimenRun)})
     return None
 
 
-def compute_run(
-    punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig, cache: str | None
-) -> SpecimenRun:
+def compute_run(case: Upsetting, cache: str | None) -> SpecimenRun:
     """Return what `kept_run` does, computed and kept where it is not known."""
-    known = kept_run(punch, T_tool, mu, force, rig, cache)
+    known = kept_run(case, cache)
     if known is not None:
         return known
-    case = _case(punch, T_tool, mu, force, rig)
     run = upset_specimen(case)
     with contextlib.suppress(OSError, InputError):  # no folder to keep runs in costs time, nothing else
         file, key = _place(case, cache)
@@ -89,10 +85,6 @@ def compute_run(
             np.savez(stream, **{f.name: getattr(run, f.name) for f in fields(SpecimenRun)})
         keep(file, key)
     return run
-
-
-def _case(punch: PunchGeometry, T_tool: float, mu: float, force: float, rig: Rig) -> Upsetting:
-    return Upsetting(punch, force, rig.mesh_size, rig.material, mu, T_tool, T_tool, rig.ram_speed)
 
 
 def _place(case: Upsetting, cache: str | None) -> tuple[Path, str]:

@@ -15,7 +15,6 @@ from forming.verification import (
     Row,
     Unfinished,
     calculix,
-    calculix_rows,
     case,
     extrusion,
     ring,
@@ -113,8 +112,7 @@ known = functools.cache(calculix.compress)
 
 @pytest.fixture
 def once(monkeypatch):
-    for module in (calculix, calculix_rows):
-        monkeypatch.setattr(module, "compress", known)
+    monkeypatch.setattr(calculix, "compress", known)
 
 
 @pytest.mark.usefixtures("once")
@@ -131,19 +129,19 @@ def test_ring_meets_calculix_or_says_that_it_is_skipped():
 @pytest.mark.usefixtures("once")
 def test_calculix_gives_what_was_kept_of_it():
     found = calculix.compress(ring.in_calculix(0.1))
-    kept = ring.KEPT[0.1].values
+    kept = ring.KEPT[0.1]
     assert found.force == pytest.approx(kept["force"], rel=2e-3)
     assert found.bore_middle == pytest.approx(kept["bore_middle"], rel=2e-3)
-    # The bore first grows a little, then shrinks; its last entry is that of the end.
-    assert found.history[-1] == pytest.approx([0.5, found.bore], abs=1e-6)
-    assert found.bore_at(0.2) > 3.0 > found.bore_at(0.45) > found.bore
+    # The bore first grows a little, then shrinks.
+    assert found.history[-1, 0] == pytest.approx(0.5, abs=1e-6)
+    assert found.bore_at(0.2) > 3.0 > found.bore_at(0.45) > found.bore_at(0.5)
 
 
 def test_without_calculix_the_rows_are_skipped_and_say_so(monkeypatch):
     monkeypatch.setattr(calculix.shutil, "which", lambda name: None)
     result = by_name("ring-calculix").run()
     first = result.rows[0]
-    assert first.verdict == "skipped" and first.reference == ring.KEPT[0.1].values["force"]
+    assert first.verdict == "skipped" and first.reference == ring.KEPT[0.1]["force"]
     assert "not installed" in first.note and "value kept from 2026-" in first.source
     table = text_table([result])
     assert "skipped" in table and "calculix-ccx" in table and "2 skipped" in summary([result])

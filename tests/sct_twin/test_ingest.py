@@ -26,7 +26,8 @@ from sct_twin.records.channels import CHANNELS
 from sct_twin.records.units import channel_conversion
 from sct_twin.signals.clock import ENOUGH_HZ, Clock
 from sct_twin.signals.force_zero import drift
-from sct_twin.signals.sliding_phase import process, resample
+from sct_twin.signals.sliding_phase import process
+from sct_twin.signals.sliding_series import resample
 
 from .reader_files import SUFFIX, WRITERS, write_plain
 from .test_readers import NEEDS

@@ -32,7 +32,7 @@ from sct_twin.virtual_lab.law import ContactLaw, TrueLaw
 from sct_twin.virtual_lab.plans import complete_plan
 from sct_twin.virtual_lab.protocols import Schedule
 from sct_twin.virtual_lab.rig.drive import commanded, on_elastic_drive
-from sct_twin.virtual_lab.rig.file_formats import DIGITS, write_channel_map
+from sct_twin.virtual_lab.rig.file_formats import DIGITS
 from sct_twin.virtual_lab.rig.instruments import RECORDED, lagged
 
 from .test_virtual_lab import loads
@@ -71,7 +71,7 @@ def test_files_of_every_format_hold_the_test(tmp_path: Path, record_maker: Maker
     record = record_maker(noise=1.0)
     frame = record.to_frame()[list(RECORDED)]
     kind.save(tmp_path / f"größe{kind.suffix}", frame)
-    write_channel_map(tmp_path, kind, 25.0)
+    (tmp_path / "channels.yaml").write_text(kind.channel_map(25.0))
     mapping = ChannelMap.load(tmp_path / "channels.yaml")
     assert mapping.moving_mass == 25.0
     again = mapping.record(read_file(tmp_path / f"größe{kind.suffix}"), "x")
@@ -96,7 +96,7 @@ def test_a_plate_sticks_until_the_drive_overcomes_static_friction() -> None:
     k, F, mu, static, mass = 1e5, 2e5, 0.08, 0.02, 0.025
     drive = 20.0 * np.arange(200) / 1000.0
     damping = 2 * 0.3 * np.sqrt(k * mass)
-    s, pull = on_elastic_drive(drive, np.full(200, F), mu, static, 0.02, k, damping, mass, 1e-3)
+    s, pull = on_elastic_drive(drive, F, mu, static, 0.02, k, damping, mass)
     moved = int(np.argmax(s > 0))
     # (mu + static) F = 20 kN winds the drive up by 0.2 mm: 10 ms at 20 mm/s; the damper adds a little.
     assert moved == pytest.approx(10, abs=1) and (s[:moved] == 0).all()

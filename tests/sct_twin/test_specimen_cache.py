@@ -19,7 +19,8 @@ PUNCH = PunchGeometry(15.0, 15.0, bore_diameter=20.0)
 
 
 def run(cache: Path | None, force: float = 2e4) -> SpecimenRun:
-    return specimen_runs.compute_run(PUNCH, 20.0, 0.07, force, Rig(mesh_size=3.0), cache and str(cache))
+    case = Upsetting(PUNCH, force, 3.0, Rig().material, 0.07, 20.0, 20.0, 10.0)
+    return specimen_runs.compute_run(case, cache and str(cache))
 
 
 @pytest.fixture
@@ -28,9 +29,9 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     forces: list[float] = []
     real: Callable[..., Any] = specimen_runs.upset_specimen
 
-    def noted(case: Upsetting, *rest: Any) -> Any:
+    def noted(case: Upsetting) -> Any:
         forces.append(case.force)
-        return real(case, *rest)
+        return real(case)
 
     monkeypatch.setattr(specimen_runs, "upset_specimen", noted)
     return forces

@@ -37,13 +37,8 @@ def rest(contact: SlidingContact, seconds: float) -> None:
     """Let specimen and plate lie on each other without sliding; steps grow with time."""
     if seconds <= 0.0:
         return
-    for dt in np.diff(rest_ends(seconds)):
+    for dt in np.diff(np.linspace(0.0, 1.0, 25) ** 2 * seconds):
         contact.advance(float(dt), 0.0, 0.0)
-
-
-def rest_ends(seconds: float) -> FloatArray:
-    """Return the times at which the thermal steps of a rest end [s], from 0 on."""
-    return np.linspace(0.0, 1.0, 25) ** 2 * seconds
 
 
 def slide(
@@ -52,19 +47,16 @@ def slide(
     sd: FloatArray,
     friction: FloatArray,
     v: FloatArray,
-    start_share: float = 0.1,
 ) -> TemperatureHistory:
     """Slide along t(sd) under a given friction force, with rests under load where the plate stands.
 
-    - `contact`: start state; advanced in place.
     - `t`, `sd`, `friction`, `v`, shape (n,): time [s], distance [mm] (increasing), friction force [N] and
       speed [mm/s]. Time beyond distance over speed is a rest.
-    - `start_share`: first step, in cells; steps grow to half a cell.
     - returns: at the ends of the thermal steps, the start included; before and after a rest at the same
       distance.
     """
     where, pauses = rests(t, sd, v)
-    stops = np.union1d(step_ends(contact.cell, float(sd[-1]), start_share), where)
+    stops = np.union1d(step_ends(contact.cell, float(sd[-1])), where)
     # Friction work is force times distance: rests and the time base have no part in it.
     work = np.interp(stops, sd, integral(friction, x=sd))
     steps = np.diff(t)
@@ -99,10 +91,10 @@ def rests(t: FloatArray, sd: FloatArray, v: FloatArray) -> tuple[FloatArray, Flo
     return 0.5 * (sd[found] + sd[found + 1]), pause[found]
 
 
-def step_ends(cell: float, distance: float, start_share: float = 0.1) -> FloatArray:
-    """Return the distances at which thermal steps end: fine at the start, then half a cell each."""
+def step_ends(cell: float, distance: float) -> FloatArray:
+    """Return the distances at which thermal steps end: a tenth of a cell at the start, then half a cell each."""
     stops = [0.0]
-    step = start_share * cell
+    step = 0.1 * cell
     while stops[-1] < distance - 1e-9:
         stops.append(min(stops[-1] + step, distance))
         step = min(1.3 * step, 0.5 * cell)

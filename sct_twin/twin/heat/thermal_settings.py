@@ -24,8 +24,6 @@ class ThermalBody:
 
     Raises InputError: a value that is not positive, or temperatures that do not rise.
 
-    Examples
-    --------
     >>> body = ThermalBody(conductivity=((20.0, 40.0), (220.0, 30.0)), capacity=4.0)
     >>> body.constant(120.0)
     ThermalBody(conductivity=35.0, capacity=4.0)
@@ -57,9 +55,9 @@ class ThermalBody:
         """Return the thermal diffusivity [mm2/s] at a temperature."""
         return float(value_at(self.conductivity, T) / value_at(self.capacity, T))
 
-    def effusivity(self, T: float = 20.0) -> float:
-        """Return sqrt(conductivity capacity) [N/(mm sqrt(s) K)] at a temperature."""
-        return float(np.sqrt(value_at(self.conductivity, T) * value_at(self.capacity, T)))
+    def effusivity(self) -> float:
+        """Return sqrt(conductivity capacity) [N/(mm sqrt(s) K)] at 20 degC."""
+        return float(np.sqrt(value_at(self.conductivity, 20.0) * value_at(self.capacity, 20.0)))
 
     def heat(self, T0: float, T: npt.ArrayLike) -> FloatArray:
         """Return the heat per volume [N/mm2] between a temperature and others."""

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.special import erfc, k0e
 
 from forming.fe.heat.properties import value_at
-from forming.verification import Case, Row
+from forming.verification.case import Case, Row, case
 
 from .contact_temperature import SlidingContact
 from .thermal_settings import ThermalBody, ThermalSettings
@@ -23,6 +23,8 @@ HOT, COLD = 120.0, 20.0
 INSTANTS = (0.01, 0.1, 1.0)
 #: Heat flux into the plate, and one that heats it through a wide range of its heat data [N/(mm s), kW/m2].
 FLUX, STRONG_FLUX = 1000.0, 4000.0
+#: The cases of the twin.
+CASES: list[Case] = []
 
 
 def jaeger_mean(speed: float, half_length: float, flux: float, body: ThermalBody) -> float:
@@ -35,12 +37,18 @@ def jaeger_mean(speed: float, half_length: float, flux: float, body: ThermalBody
         return float(np.exp(w * distance - w * abs(distance)) * k0e(w * abs(distance)))
 
     def rise(x: float) -> float:
-        upstream = quad(lambda d: kernel(d), 0.0, x + half_length, limit=200)[0]
+        upstream = quad(kernel, 0.0, x + half_length, limit=200)[0]
         downstream = quad(lambda d: kernel(-d), 0.0, half_length - x, limit=200)[0]
         return flux / (np.pi * conductivity) * float(upstream + downstream)
 
     nodes, weights = np.polynomial.legendre.leggauss(24)
     return float(np.sum(0.5 * weights * [rise(half_length * node) for node in nodes]))
+
+
+@case(CASES, "heat-moving-source", GROUP)
+def moving_sources() -> list[Row]:
+    """Twin: band source of 18 mm that slides over a plate (k 40, 3.6 MJ/(m3 K)), half of mu p v, mu p 80 MPa."""
+    return [moving_source(speed) for speed in SPEEDS]
 
 
 def moving_source(speed: float) -> Row:
@@ -64,6 +72,12 @@ def moving_source(speed: float) -> Row:
     exact = jaeger_mean(speed, HALF_LENGTH, flux, body)
     quantity = f"mean rise of the plate at {speed:g} mm/s"
     return Row(quantity, "K", exact, "Jaeger 1942, integrated", contact.contact.plate, 2.0)
+
+
+@case(CASES, "heat-two-bodies", GROUP)
+def touching_bodies() -> list[Row]:
+    """Twin: specimen at 120 degC on a plate at 20 degC, 35 000 W/(m2 K)."""
+    return [row for seconds in INSTANTS for row in two_bodies(seconds)]
 
 
 def two_bodies(seconds: float) -> list[Row]:
@@ -91,24 +105,21 @@ def half_spaces(settings: ThermalSettings, seconds: float) -> tuple[float, float
     return middle - gap * e_s / (e_p + e_s) - COLD, HOT - middle - gap * e_p / (e_p + e_s)
 
 
+@case(CASES, "heat-flux", GROUP)
 def constant_flux() -> list[Row]:
-    """Return the row of the plate's surface after 1 s of 1 MW/m2."""
-    settings = replace(_column_settings(), heat_transfer=1e-9)
-    contact = _column(settings, 0.0, 0.0)
-    for dt in np.diff(np.linspace(0.0, 1.0, 201) ** 2):
-        contact.advance(float(dt), 0.0, 2.0 * FLUX * contact.area)
-    exact = 2.0 * FLUX / settings.plate.effusivity() / float(np.sqrt(np.pi))
+    """Twin: 1 MW/m2 into the plate of 1.2379."""
+    settings = _column_settings()
+    exact = _half_space(FLUX, settings.plate)
     source = "half space: 2 q sqrt(t / pi) / effusivity"
-    return [Row("plate after 1 s", "K", exact, source, contact.contact.plate, 1.0)]
+    return [Row("plate after 1 s", "K", exact, source, _heated(FLUX, settings), 1.0)]
 
 
+@case(CASES, "heat-flux-varying", GROUP)
 def varying_flux() -> list[Row]:
-    """Return the rows of the plate's surface under a constant flux where k and c grow alike with temperature.
-
-    With k and c both proportional to 1 + b T the Kirchhoff transform T + b T^2 / 2 obeys the linear
-    equation with the diffusivity at 0 degC (Carslaw and Jaeger, section 1.6), so that its surface value is
-    that of a half space with constant data.
-    """
+    """Twin: 4 MW/m2 into a plate whose conductivity and heat capacity change alike with temperature."""
+    # With k and c both proportional to 1 + b T the Kirchhoff transform T + b T^2 / 2 obeys the linear equation with the
+    # diffusivity at 0 degC (Carslaw and Jaeger, section 1.6), so that its surface value is that of a half space with
+    # constant data.
     plain = _column_settings().plate
     rows = []
     for slope in (-5e-4, 1e-3):
@@ -117,15 +128,24 @@ def varying_flux() -> list[Row]:
             tuple((T, float(value_at(plain.conductivity, 0.0)) * v) for T, v in pairs),
             tuple((T, float(value_at(plain.capacity, 0.0)) * v) for T, v in pairs),
         )
-        settings = replace(_column_settings(), heat_transfer=1e-9, plate=body, specimen=plain)
-        contact = _column(settings, 0.0, 0.0)
-        for dt in np.diff(np.linspace(0.0, 1.0, 201) ** 2):
-            contact.advance(float(dt), 0.0, 2.0 * STRONG_FLUX * contact.area)
-        transformed = 2.0 * STRONG_FLUX / plain.effusivity() / float(np.sqrt(np.pi))
-        exact = (float(np.sqrt(1.0 + 2.0 * slope * transformed)) - 1.0) / slope
+        exact = (float(np.sqrt(1.0 + 2.0 * slope * _half_space(STRONG_FLUX, plain))) - 1.0) / slope
         quantity = f"plate after 1 s, k and c change by {100.0 * slope:+g} %/K"
-        rows.append(Row(quantity, "K", exact, "Kirchhoff transform, half space", contact.contact.plate, 1.0))
+        ours = _heated(STRONG_FLUX, replace(_column_settings(), plate=body, specimen=plain))
+        rows.append(Row(quantity, "K", exact, "Kirchhoff transform, half space", ours, 1.0))
     return rows
+
+
+def _half_space(flux: float, body: ThermalBody) -> float:
+    """Return the rise of the surface of a half space after 1 s of a flux [K]."""
+    return 2.0 * flux / body.effusivity() / float(np.sqrt(np.pi))
+
+
+def _heated(flux: float, settings: ThermalSettings) -> float:
+    """Return the surface temperature of the plate after 1 s of a flux, from 0 degC on."""
+    contact = _column(replace(settings, heat_transfer=1e-9), 0.0, 0.0)
+    for dt in np.diff(np.linspace(0.0, 1.0, 201) ** 2):
+        contact.advance(float(dt), 0.0, 2.0 * flux * contact.area)
+    return contact.contact.plate
 
 
 def _column_settings() -> ThermalSettings:
@@ -145,27 +165,3 @@ def _column(settings: ThermalSettings, plate: float, specimen: float) -> Sliding
         band=True,
         margin=0.0,
     )
-
-
-#: The cases of the twin.
-CASES: tuple[Case, ...] = (
-    Case(
-        "heat-moving-source",
-        GROUP,
-        "Twin: band source of 18 mm that slides over a plate (k 40, 3.6 MJ/(m3 K)), half of mu p v, mu p 80 MPa.",
-        lambda: [moving_source(speed) for speed in SPEEDS],
-    ),
-    Case(
-        "heat-two-bodies",
-        GROUP,
-        "Twin: specimen at 120 degC on a plate at 20 degC, 35 000 W/(m2 K).",
-        lambda: [row for seconds in INSTANTS for row in two_bodies(seconds)],
-    ),
-    Case("heat-flux", GROUP, "Twin: 1 MW/m2 into the plate of 1.2379.", constant_flux),
-    Case(
-        "heat-flux-varying",
-        GROUP,
-        "Twin: 4 MW/m2 into a plate whose conductivity and heat capacity change alike with temperature.",
-        varying_flux,
-    ),
-)

@@ -64,11 +64,8 @@ class SpecimenRun:
     pressure: FloatArray
 
 
-def upset_specimen(case: Upsetting, where: str = "virtual laboratory: ") -> SpecimenRun:
-    """Upset a specimen until the force is reached.
-
-    Raises InputError: the specimen cannot carry the force; the message begins with `where`.
-    """
+def upset_specimen(case: Upsetting) -> SpecimenRun:
+    """Upset a specimen until the force is reached. Raises InputError: it cannot carry the force."""
     message = ""
     largest = case.punch.specimen_diameter / 8.0
     for factor in SIZES:
@@ -77,7 +74,7 @@ def upset_specimen(case: Upsetting, where: str = "virtual laboratory: ") -> Spec
             return run.result()
         message = message or run.message
     raise InputError(
-        f"{where}upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
+        f"virtual laboratory: upsetting to {case.force * 1e-3:.1f} kN {message}; allowed: forces the specimen can carry"
     )
 
 
@@ -163,15 +160,10 @@ class _Run:
             length, radius = contact_edge(surface, forces > 0.0, self._bore)
             self._edge = radius
             on = np.flatnonzero(forces > 0.0)
-            self._rows.append(
-                (
-                    simulation.force,
-                    math.pi * radius**2,
-                    self._points.mean_expansion(length, surface),
-                    self.case.punch.specimen_height - state.stroke,
-                    state.energy.heat_generated / self._capacity,
-                )
-            )
+            psi = self._points.mean_expansion(length, surface)
+            height = self.case.punch.specimen_height - state.stroke
+            rise = state.energy.heat_generated / self._capacity
+            self._rows.append((simulation.force, math.pi * radius**2, psi, height, rise))
             self._profiles.append(pressure(surface[on, 0], forces[on], radius))
         return simulation.force >= self.case.force
 

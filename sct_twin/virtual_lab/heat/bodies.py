@@ -27,8 +27,6 @@ class HeatBody:
 
     Raises InputError: a value that is not positive, or temperatures that do not rise.
 
-    Examples
-    --------
     >>> body = HeatBody(((20.0, 40.0), (220.0, 30.0)), ((20.0, 4.0), (220.0, 3.0)))
     >>> body.diffusivity
     10.0
@@ -53,10 +51,7 @@ class HeatBody:
 
     @classmethod
     def alike(cls, conductivity: Data, diffusivity: float) -> HeatBody:
-        """Return a body whose capacity changes with temperature as its conductivity does.
-
-        - `diffusivity`: k / c [mm2/s].
-        """
+        """Return a body whose capacity changes with temperature as its conductivity does: k / c [mm2/s] stays."""
         if isinstance(conductivity, int | float):
             return cls(conductivity, conductivity / diffusivity)
         return cls(conductivity, tuple((T, k / diffusivity) for T, k in conductivity))
@@ -68,18 +63,12 @@ class HeatBody:
         T = np.linspace(known[0], known[-1], 101)
         return float(np.mean(_at(self.conductivity, T) / _at(self.capacity, T)))
 
-    def transform(self, start: float) -> Kirchhoff:
-        """Return the transform that is 0 at a start temperature [degC]."""
-        return Kirchhoff(self, start)
-
 
 class Kirchhoff:
     """Transformed temperature of a body [K], 0 at its start temperature; its flux is that of k at the start.
 
-    Examples
-    --------
     >>> body = HeatBody(((0.0, 10.0), (1000.0, 20.0)), 3.0)
-    >>> transform = Kirchhoff(body, 0.0)
+    >>> transform = Kirchhoff(body, start=0.0)
     >>> round(transform.effusivity, 2), round(float(transform.temperature(np.array([105.0]))[0]), 4)
     (4.47, 100.0)
     """
@@ -114,8 +103,6 @@ class LabHeat:
 
     Raises InputError: a value outside its limits.
 
-    Examples
-    --------
     >>> LabHeat(heat_transfer=30.0).cells
     16
     """

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from friction_models.loads import FloatArray
 
-from .bodies import LabHeat
+from .bodies import Kirchhoff, LabHeat
 from .cylinder import Cylinder
 from .half_space import HalfSpace
 
@@ -23,7 +23,7 @@ _ITERATIONS, _CLOSE = 60, 2e-3
 
 
 class ContactMeans(NamedTuple):
-    """Means over the contact [degC]: of both surT_specimens, of the plate's and of the specimen's, and the hottest place."""
+    """Means over the contact [degC]: of both surfaces, of the plate's and of the specimen's, and the hottest place."""
 
     mean: float
     plate: float
@@ -34,13 +34,9 @@ class ContactMeans(NamedTuple):
 class RubbedContact:
     """A round contact; the plate under it is a half space, the specimen a cylinder of the contact's radius.
 
-    - `radius`, `height`: of contact and specimen [mm].
-    - `T_plate`, `T_specimen`, `T_punch`: at the start [degC].
+    - `radius`, `height`: of contact and specimen [mm]; temperatures at the start [degC].
     - `pressure`: relative contact pressure over the radius [mm]; any scale.
-    - `heat`: heat data and cells.
 
-    Examples
-    --------
     At rest a hot specimen warms the plate, and both effusivities say how far:
 
     >>> contact = RubbedContact(8.0, 10.0, 20.0, 120.0, 120.0, np.ones_like, LabHeat())
@@ -67,24 +63,13 @@ class RubbedContact:
         #: Friction heat of the cells [N/(mm s)] for 1 N mm/s in the whole contact.
         self._share = relative / (2.0 * float(relative.sum()) * size**2)
         self._h = h = heat.heat_transfer
-        self._to_plate = heat.plate.transform(T_plate)
-        self._to_specimen = heat.specimen.transform(T_punch)
-        steel = self._to_specimen
-        self._plate = HalfSpace(size, columns, rows, self._to_plate.effusivity, self._to_plate.diffusivity)
-        self._specimen = Cylinder(
-            x,
-            y,
-            radius,
-            height,
-            steel.conductivity,
-            steel.diffusivity,
-            h,
-            steel.transformed(T_specimen),
-        )
+        self._to_plate = Kirchhoff(heat.plate, T_plate)
+        self._to_specimen = Kirchhoff(heat.specimen, T_punch)
+        self._plate = HalfSpace(size, columns, rows, self._to_plate)
+        self._specimen = Cylinder(x, y, radius, height, self._to_specimen, h, T_specimen)
         self._flux = np.zeros(int(on.sum()))
-        self.means = ContactMeans(
-            0.5 * (T_plate + T_specimen), T_plate, T_specimen, 0.5 * (T_plate + T_specimen)
-        )
+        mean = 0.5 * (T_plate + T_specimen)
+        self.means = ContactMeans(mean, T_plate, T_specimen, mean)
 
     def warm(self, rise: float) -> None:
         """Raise the temperature of the whole specimen [K], by heat that is released in it."""
