@@ -98,18 +98,3 @@ def load_uncertainty(
         means += pd.Series(change, index=ids.to_numpy()).groupby(level=0).mean().reindex(means.index) ** 2
         by_load[load] = float(np.sqrt(np.mean(change**2)))
     return LoadUncertainty(np.sqrt(points), means.pow(0.5).rename_axis("test_id"), by_load)
-
-
-def loads_sentence(from_loads: float, rmse: float) -> str:
-    """Return what uncertain loads can explain of a root mean square error, in one sentence.
-
-    Examples
-    --------
-    >>> loads_sentence(0.001, 0.002)
-    'Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of 0.00100: 25% of the mean square error.'
-    """
-    share = 1.0 if rmse <= from_loads else (from_loads / rmse) ** 2
-    return (
-        f"Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of {from_loads:.5f}: "
-        f"{share:.0%} of the mean square error."
-    )

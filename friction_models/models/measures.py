@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from ..common import InputError
 from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ALLOWED = (
     f"an object that is fitted, with predict(array[n, {len(LOAD_NAMES)}]) of the loads {', '.join(LOAD_NAMES)} or "
@@ -67,6 +69,21 @@ def range_warning(predicted: FloatArray) -> str:
     """
     low, high = float(predicted.min()), float(predicted.max())
     return "" if low >= 0.0 and high <= 1.0 else f"mu from {low:.3g} to {high:.3g}, outside 0 to 1"
+
+
+def loads_sentence(from_loads: float, rmse: float) -> str:
+    """Return what uncertain loads can explain of a root mean square error, in one sentence.
+
+    Examples
+    --------
+    >>> loads_sentence(0.001, 0.002)
+    'Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of 0.00100: 25% of the mean square error.'
+    """
+    share = 1.0 if rmse <= from_loads else (from_loads / rmse) ** 2
+    return (
+        f"Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of {from_loads:.5f}: "
+        f"{share:.0%} of the mean square error."
+    )
 
 
 def predict_points(where: str, model: Any, loads: TriboLoads, tests: pd.DataFrame | None) -> FloatArray:
