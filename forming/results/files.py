@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import fields as attributes
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.common.netcdf_files import open_dataset
+from friction_models.common.netcdf_files import DAMAGED_NETCDF, open_dataset
 from friction_models.loads import LOADS
 
 from .contact_history import ContactHistory
@@ -54,7 +55,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
         }
         name = str(figures.get("name", place.name))
         plain |= {column: table[:, k].copy() for k, column in enumerate(head)}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except DAMAGED_NETCDF as error:
         raise InputError(
             f"{place}: the result cannot be read ({' '.join(str(error).split())[:200]})"
         ) from None
@@ -68,20 +69,21 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
 
 def _read_contact(path: Path) -> ContactHistory:
     """Read a contact history; raises ValueError or KeyError for anything else."""
-    with open_dataset(path) as data:
-        if sum(v.size for v in data.data_vars.values()) > _MOST:
+    with open_dataset(path) as file:
+        found = file.variables
+        if sum(math.prod(v.shape) for v in found.values()) > _MOST:
             raise ValueError("the contact history is too large")
-        loads = [np.asarray(data[q.name].values, dtype=np.float64) for q in LOADS]
+        loads = [np.asarray(found[q.name][...], dtype=np.float64) for q in LOADS]
         stated = [q.name + ERROR for q in LOADS]
         errors = None
-        if all(name in data for name in stated):
-            errors = np.stack([np.asarray(data[name].values, dtype=np.float64) for name in stated], axis=2)
+        if all(name in found for name in stated):
+            errors = np.stack([np.asarray(found[name][...], dtype=np.float64) for name in stated], axis=2)
         return ContactHistory(
-            stroke=np.asarray(data["stroke"].values, dtype=np.float64),
+            stroke=np.asarray(found["stroke"][...], dtype=np.float64),
             loads=np.stack(loads, axis=2),
-            active=np.asarray(data["active"].values) > 0,
-            mu=np.asarray(data["mu"].values, dtype=np.float64),
-            position=np.stack([np.asarray(data[axis].values) for axis in "rz"], axis=2),
-            tau_over_k=np.asarray(data["tau_over_k"].values, dtype=np.float64),
+            active=np.asarray(found["active"][...]) > 0,
+            mu=np.asarray(found["mu"][...], dtype=np.float64),
+            position=np.stack([np.asarray(found[axis][...]) for axis in "rz"], axis=2),
+            tau_over_k=np.asarray(found["tau_over_k"][...], dtype=np.float64),
             errors=errors,
         )
