@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from friction_models.common.imports.lazy_names import lazily
 
 if TYPE_CHECKING:
     from . import virtual_lab as virtual_lab
@@ -13,24 +14,4 @@ if TYPE_CHECKING:
     from .twin.digital_twin import TwinResult as TwinResult
     from .twin.process import SctProcess as SctProcess
 
-_EXPORTS = {
-    "SctTwin": "twin.digital_twin",
-    "TwinResult": "twin.digital_twin",
-    "SctRecord": "records.record",
-    "SctProcess": "twin.process",
-    "RawCampaign": "ingest.raw_campaign",
-}
-
-__all__ = ["virtual_lab", *sorted(_EXPORTS)]
-
-
-def __getattr__(name: str) -> Any:
-    if name in _EXPORTS:
-        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
-    if name == "virtual_lab":
-        return importlib.import_module(".virtual_lab", __name__)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from friction_models.common.imports.lazy_names import lazily
 
 if TYPE_CHECKING:
     from .campaign import Campaign as Campaign
@@ -20,26 +21,4 @@ if TYPE_CHECKING:
     from .rig.instruments import Instruments as Instruments
     from .rig.specimen import Rig as Rig
 
-_EXPORTS = {
-    "Campaign": "campaign",
-    "run_protocol": "further_tests",
-    "HIDDEN": "hidden",
-    "Faults": "rig.instruments",
-    "Instruments": "rig.instruments",
-    "LUBRICANTS": "lubricants",
-    "PLAN_NAMES": "plans",
-    "NINE_LEVELS": "press",
-    "press_curves": "press",
-    "PROTOCOLS": "protocols",
-    "FORMATS": "rig.file_formats",
-    "Rig": "rig.specimen",
-    "load_truth": "law",
-}
-
-__all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    if name in _EXPORTS:
-        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)
