@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -20,8 +19,6 @@ ALLOWED = (
     "predict_frame(data, tests)"
 )
 
-#: By these errors an addition to a model is judged.
-JUDGED = ("rmse", "mae")
 #: Error measures by name; None for the share outside a domain that is not known.
 Measures: TypeAlias = dict[str, float | None]
 
@@ -120,30 +117,3 @@ def predict_points(where: str, model: Any, loads: TriboLoads, tests: pd.DataFram
     if predicted.shape != (len(loads),) or not np.isfinite(predicted).all():
         raise InputError(f"{where}: predict gave {predicted.shape} values, allowed: one finite value a point")
     return predicted
-
-
-def are_intervals(found: object) -> bool:
-    """Whether these are the intervals of a round; those of older files are empty.
-
-    Examples
-    --------
-    >>> known, unknown = {"rmse": [0.004, 0.006], "mae": [0.003, 0.005]}, {"rmse": None, "mae": None}
-    >>> are_intervals({"before": known, "after": known, "fall": unknown}), are_intervals({}), are_intervals({"after": 3})
-    (True, True, False)
-    """
-    return found == {} or (
-        isinstance(found, dict)
-        and all(
-            isinstance(part := found.get(when), dict) and all(_is_interval(part.get(n)) for n in JUDGED)
-            for when in ("before", "after", "fall")
-        )
-    )
-
-
-def _is_interval(found: object) -> bool:
-    return found is None or (isinstance(found, list) and len(found) == 2 and all(map(is_number, found)))
-
-
-def is_number(found: object) -> bool:
-    """Whether something of a file is a finite number."""
-    return isinstance(found, int | float) and not isinstance(found, bool) and math.isfinite(found)
