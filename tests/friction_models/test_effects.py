@@ -10,6 +10,7 @@ import pytest
 
 from friction_models import effects
 from friction_models.common import InputError
+from friction_models.common.imports import plugins
 from friction_models.effects import Effect, load_catalogue, make_effect
 from friction_models.effects.base import Amplitude, Shape
 
@@ -83,7 +84,7 @@ def test_plug_ins_are_added_and_broken_ones_named(monkeypatch: pytest.MonkeyPatc
         Entry("nothing", 42),
         Entry("second", type("Second", (Squeal,), {"name": "stribeck"})),
     ]
-    monkeypatch.setattr(effects, "entry_points", lambda group: entries)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: entries)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         catalogue = load_catalogue()

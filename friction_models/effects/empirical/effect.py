@@ -168,17 +168,6 @@ def empirical_effect(term: str) -> type[Empirical]:
     return type("Empirical", (Empirical,), declared)
 
 
-def empirical_named(name: str) -> type[Empirical]:
-    """Return the effect ``empirical:TERM``.
-
-    Examples
-    --------
-    >>> empirical_named("empirical:bump(T)").driver
-    ('T',)
-    """
-    return empirical_effect(name.removeprefix(PREFIX))
-
-
 def numbered(effect: Effect, values: Mapping[str, float]) -> str:
     """Return the equation of an effect with numbers in the place of its parameters.
 
@@ -205,4 +194,4 @@ def _latex(term: Term) -> str:
 
 
 def _made(name: str, fixed: Mapping[str, float]) -> Empirical:
-    return empirical_named(name)(**fixed)
+    return empirical_effect(name.removeprefix(PREFIX))(**fixed)

@@ -175,27 +175,5 @@ def _declared(
     return type("Factor", (Factor,), declared)
 
 
-def is_factor(name: str) -> bool:
-    """Return whether `name` is that of a factor, ``factor:COLUMN``.
-
-    Examples
-    --------
-    >>> is_factor("factor:operator"), is_factor("batch")
-    (True, False)
-    """
-    return name.startswith(PREFIX)
-
-
-def factor_named(name: str) -> type[Factor]:
-    """Return the effect ``factor:COLUMN``.
-
-    Examples
-    --------
-    >>> factor_named("factor:operator").driver
-    ('operator',)
-    """
-    return factor_effect(name.removeprefix(PREFIX))
-
-
 def _made(by: tuple[Any, ...], fixed: Mapping[str, float]) -> Factor:
     return _declared(*by)(**fixed)
