@@ -79,7 +79,7 @@ def centre(name: str, part: Part) -> ShapeParameter:
     load = load_of(part.load)
     q = QUANTITIES[load]
     unit, start = ("1", 0.3) if part.other else (q.unit, q.nominal)
-    return ShapeParameter(name, unit, f"place in {part.load}", 1e-9, 1e6, start, points=8)
+    return ShapeParameter(name, unit, f"place in {part.load}", 1e-9, 1e6, start)
 
 
 def wave(part: Part, ending: str = "") -> tuple[ShapeParameter, ShapeParameter]:
