@@ -41,14 +41,7 @@ class Batch(Effect):
     amplitudes = (Amplitude("c_b", "1", "friction of the deviating batch above the others", 0, 0.01),)
     shapes = (
         ShapeParameter(
-            "deviating",
-            "1",
-            "number of the deviating batch",
-            0.0,
-            1e6,
-            1.0,
-            follows="batch",
-            points=2,
+            "deviating", "1", "number of the deviating batch", 0.0, 1e6, 1.0, follows="batch", points=2
         ),
     )
     kind = "system"
