@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InputError
+
 if TYPE_CHECKING:
     import h5netcdf
 
@@ -53,6 +55,8 @@ def library() -> ModuleType:
 def write_dataset(data: Dataset, path: Path) -> None:
     """Write a data set, its variables packed.
 
+    Raises InputError: a name with a slash, which would be a group of netCDF.
+
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
@@ -65,6 +69,8 @@ def write_dataset(data: Dataset, path: Path) -> None:
     ([0.08, 0.07], 'run')
     """
     every = {**data.variables, **data.coordinates}
+    if slashed := [name for name in every if "/" in name]:
+        raise InputError(f"{path.name}: variable {slashed[0]!r}; allowed: names without '/'")
     elsewhere = {name: set(c.dimensions) for name, c in data.coordinates.items() if c.dimensions != (name,)}
     with library().File(path, "w") as file:
         file.attrs.update(data.attributes)
