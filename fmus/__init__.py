@@ -5,8 +5,9 @@ Attributes are imported on first use.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from friction_models.common.imports.lazy_names import lazily
 
 if TYPE_CHECKING:
     from .checks.checking import CheckReport as CheckReport
@@ -19,26 +20,4 @@ if TYPE_CHECKING:
     from .targets.solvers import pack_forming as pack_forming
     from .targets.solvers import pack_twin as pack_twin
 
-_EXPORTS = {
-    "CheckReport": "checks.checking",
-    "FmuModel": "runtime.fixed_friction",
-    "check": "checks.checking",
-    "pack": "targets.packing",
-    "pack_forming": "targets.solvers",
-    "pack_signals": "targets.signals",
-    "pack_ssp": "ssp.packing",
-    "pack_twin": "targets.solvers",
-    "read_friction_fmu": "runtime.fixed_friction",
-}
-
-__all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    if name in _EXPORTS:
-        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -5,8 +5,9 @@ Attributes are imported on first use, so that `import forming` compiles nothing.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from friction_models.common.imports.lazy_names import lazily
 
 if TYPE_CHECKING:
     from .materials.materials import FlowTable as FlowTable
@@ -30,29 +31,4 @@ if TYPE_CHECKING:
     from .results.result import FormingResult as FormingResult
     from .tools.punch_geometry import PunchGeometry as PunchGeometry
 
-_MODULES = {
-    "materials.materials": ("Material", "HenselSpittel", "PowerLaw", "FlowTable", "steel_16MnCr5"),
-    "tools.punch_geometry": ("PunchGeometry",),
-    "processes.specimen_upsetting": ("UpsettingResult", "upset"),
-    "processes.forward_rod_extrusion": ("ForwardRodExtrusion",),
-    "processes.backward_cup_extrusion": ("BackwardCupExtrusion",),
-    "processes.upsetting": ("Upsetting", "RingCompression"),
-    "processes.batch": ("FormingTask", "FormingRun", "run_batch"),
-    "processes.names": ("PROCESSES",),
-    "results.result": ("FormingResult",),
-    "results.contact_history": ("ContactHistory",),
-    "press": ("PressCurves", "PressLevel"),
-}
-_EXPORTS = {name: module for module, names in _MODULES.items() for name in names}
-
-__all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    if name in _EXPORTS:
-        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from .cards import load_cards as load_cards
     from .cards import load_model as load_model
     from .common import InputError as InputError
-    from .families.composed import ComposedFriction as ComposedFriction
+    from .families import ComposedFriction as ComposedFriction
+    from .families import FrictionModel as FrictionModel
     from .families.constant import ConstantFriction as ConstantFriction
     from .families.ffnn import FeedForwardFriction as FeedForwardFriction
     from .families.gradient_boosting import GradientBoostingFriction as GradientBoostingFriction
@@ -30,32 +31,9 @@ if TYPE_CHECKING:
     from .loads import DataSet as DataSet
     from .loads import TriboLoads as TriboLoads
     from .loads import load_points as load_points
-    from .models.base import FrictionModel as FrictionModel
     from .models.domain import Domain as Domain
     from .models.onnx_model import OnnxModel as OnnxModel
     from .training import Evaluation as Evaluation
     from .training import evaluate as evaluate
 
-__getattr__, __all__ = lazily(
-    __name__,
-    {
-        ".": ["discovery", "effects", "training"],
-        ".common": ["InputError"],
-        ".cards": ["Card", "load_card", "load_cards", "load_model"],
-        ".families": ["FAMILIES", "ComposedFriction", "FrictionModel", "make_model"],
-        ".families.constant": ["ConstantFriction"],
-        ".families.ffnn": ["FeedForwardFriction"],
-        ".families.gradient_boosting": ["GradientBoostingFriction"],
-        ".families.linear": ["LinearFriction"],
-        ".families.polynomial": ["PolynomialFriction"],
-        ".families.power_law": ["PowerLawFriction"],
-        ".loads": ["DataSet", "TriboLoads", "load_points"],
-        ".models.domain": ["Domain"],
-        ".models.onnx_model": ["OnnxModel"],
-        ".training": ["Evaluation", "evaluate"],
-    },
-)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

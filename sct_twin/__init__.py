@@ -14,17 +14,4 @@ if TYPE_CHECKING:
     from .twin.digital_twin import TwinResult as TwinResult
     from .twin.process import SctProcess as SctProcess
 
-__getattr__, __all__ = lazily(
-    __name__,
-    {
-        ".": ["virtual_lab"],
-        ".ingest.raw_campaign": ["RawCampaign"],
-        ".records.record": ["SctRecord"],
-        ".twin.digital_twin": ["SctTwin", "TwinResult"],
-        ".twin.process": ["SctProcess"],
-    },
-)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads, require_loads
@@ -23,6 +22,9 @@ from .fmu_files import UnpackedFmu
 from .friction_names import FrictionNames
 from .running import FmuError, RunningFmu, Value
 from .separate_process import Apart, Died
+
+if TYPE_CHECKING:  # co-simulation names FMUs of others without pandas
+    import pandas as pd
 
 #: Most points of one evaluation of an FMU whose size can be chosen.
 _BLOCK = 1024
@@ -289,6 +291,8 @@ class FmuModel:
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> pd.Series[float]:
         """Return mu for a table with the columns of the contract: its rows, its index."""
+        import pandas as pd
+
         return pd.Series(self.predict(TriboLoads.from_frame(data, tests)), index=data.index, name=MU.name)
 
     def predict(self, loads: TriboLoads | npt.ArrayLike) -> FloatArray:
@@ -318,6 +322,8 @@ class FmuModel:
         InputError
             The FMU has no such outputs, or another level is asked for.
         """
+        import pandas as pd
+
         if self.interval_level is None:
             raise InputError(f"{self.path}: no prediction interval; allowed: an FMU packed with one")
         if level is not None and level != self.interval_level:

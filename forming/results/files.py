@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import fields as attributes
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.common.netcdf_files import open_dataset
+from friction_models.common.netcdf_files import DAMAGED_NETCDF, open_dataset
 from friction_models.loads import LOADS
 
 from ..fe.mesh.shape import FloatArray
@@ -52,7 +53,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
         }
         name = str(figures.get("name", place.name))
         plain |= {column: table[:, k].copy() for k, column in enumerate(head)}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except DAMAGED_NETCDF as error:
         raise InputError(
             f"{place}: the result cannot be read ({' '.join(str(error).split())[:200]})"
         ) from None
@@ -66,20 +67,21 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
 
 def _read_contact(path: Path) -> ContactHistory:
     """Read a contact history; raises ValueError or KeyError for anything else."""
-    with open_dataset(path) as data:
-        if sum(v.size for v in data.data_vars.values()) > _MOST:
+    with open_dataset(path) as file:
+        found = file.variables
+        if sum(math.prod(v.shape) for v in found.values()) > _MOST:
             raise ValueError("the contact history is too large")
 
         def numbers(name: str) -> FloatArray:
-            return np.asarray(data[name].values, dtype=np.float64)
+            return np.asarray(found[name][...], dtype=np.float64)
 
         loads = np.stack([numbers(q.name) for q in LOADS], axis=2)
         stated = [q.name + ERROR for q in LOADS]
-        known = all(name in data for name in stated)
+        known = all(name in found for name in stated)
         return ContactHistory(
             stroke=numbers("stroke"),
             loads=loads,
-            active=np.asarray(data["active"].values) > 0,
+            active=np.asarray(found["active"][...]) > 0,
             mu=numbers("mu"),
             position=np.stack([numbers(axis) for axis in "rz"], axis=2),
             tau_over_k=numbers("tau_over_k"),

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from friction_models.loads import LOAD_NAMES
-
-from ..fe.mesh.shape import FloatArray
+from friction_models.loads import LOAD_NAMES, FloatArray
 
 #: Elements of the further run are smaller by this factor. Larger ones do not tell: what they do wrong, such as contact where
 #: there should be none, the run in question need not do at all.

@@ -7,13 +7,12 @@ import os
 from dataclasses import dataclass
 from dataclasses import fields as attributes
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from friction_models.common import atomic_folder, write_json, write_text
 from friction_models.common.folders import FORMING
-from friction_models.common.netcdf_files import write_dataset
+from friction_models.common.netcdf_files import Dataset, Variable, write_dataset
 from friction_models.loads import LOADS, MU
 
 from .contact_history import ContactHistory
@@ -21,9 +20,6 @@ from .ejection_result import save_ejection
 from .page import report_page
 from .picture import write_picture
 from .record import FormingRecord
-
-if TYPE_CHECKING:
-    import xarray
 
 #: Attributes of a result with one entry a communication step, and their units.
 CURVES = {"stroke": "mm", "force": "kN", "work": "J", "compression": "mm", "expansion": "mm"}
@@ -109,10 +105,8 @@ def key_figures(result: FormingRecord) -> dict[str, object]:
     return found
 
 
-def contact_dataset(contact: ContactHistory) -> xarray.Dataset:
+def contact_dataset(contact: ContactHistory) -> Dataset:
     """Return a contact history as a data set over time steps and markers, with units."""
-    import xarray
-
     columns = [(q.name, contact.loads[:, :, k], q.unit, q.meaning) for k, q in enumerate(LOADS)]
     if contact.errors is not None:
         columns += [
@@ -127,7 +121,7 @@ def contact_dataset(contact: ContactHistory) -> xarray.Dataset:
         ("z", contact.position[:, :, 1], "mm", "z of the marker"),
     ]
     values = {
-        name: (("step", "point"), array, {"units": unit, "long_name": meaning})
+        name: Variable(("step", "point"), array, {"units": unit, "long_name": meaning})
         for name, array, unit, meaning in columns
     }
-    return xarray.Dataset(values, coords={"stroke": ("step", contact.stroke, {"units": "mm"})})
+    return Dataset(values, {"stroke": Variable(("step",), contact.stroke, {"units": "mm"})}, {})

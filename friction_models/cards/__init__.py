@@ -18,16 +18,4 @@ if TYPE_CHECKING:
     from .naming import is_card as is_card
     from .prior import fit_from_card as fit_from_card
 
-__getattr__, __all__ = lazily(
-    __name__,
-    {
-        ".card": ["Card", "HeldOut", "read_card"],
-        ".library": ["load_card", "load_cards", "load_model", "search_cards"],
-        ".naming": ["PREFIX", "is_card"],
-        ".prior": ["fit_from_card"],
-    },
-)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..common import InputError, unknown_name
+from ..common.ranges import is_number
 from ..common.yaml_files import read_yaml
 from ..expressions.formula_text import read_formula
 from ..families.formula import MAX_CONSTANTS, FormulaFriction
@@ -29,18 +29,9 @@ _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
 _TEXTS = ("title", "lubricant", "workpiece", "tool", "test", "measured", "synthetic")
 _KEYS = (
     *_TEXTS,
-    "name",
-    "basis",
-    "keywords",
-    "law",
-    "constants",
-    "domain",
-    "uncertainty",
-    "source",
-    "held_out",
+    *("name", "basis", "keywords", "law", "constants", "domain", "uncertainty", "source", "held_out"),
 )
 _SOURCE = ("text", "address", "licence")
-_HELD_OUT = ("rmse", "constant_rmse", "tests", "points", "how")
 
 
 @dataclass(frozen=True)
@@ -52,6 +43,9 @@ class HeldOut:
     tests: int
     points: int
     how: str
+
+
+_HELD_OUT = tuple(f.name for f in fields(HeldOut))
 
 
 @dataclass(frozen=True)
@@ -101,7 +95,7 @@ class Card:
     uncertainty_of: str
     source: dict[str, str]
     held_out: HeldOut | None = None
-    keywords: tuple[str, ...] = field(default=())
+    keywords: tuple[str, ...] = ()
 
     def model(self) -> FormulaFriction:
         """Return the law as a model that predicts, is saved, packed and compared like any other.
@@ -197,7 +191,7 @@ class Card:
         found["uncertainty"] = {"mu": self.uncertainty, "of": self.uncertainty_of}
         found["source"] = dict(self.source)
         if self.held_out:
-            found["held_out"] = {k: getattr(self.held_out, k) for k in _HELD_OUT}
+            found["held_out"] = asdict(self.held_out)
         return found
 
 
@@ -293,7 +287,7 @@ def _check_law(card: Card, where: str) -> None:
 
 
 def _corners(card: Card) -> FloatArray:
-    low, high = (card.sample(1).repeat(1, axis=0) for _ in range(2))
+    low, high = card.sample(1), card.sample(1)
     for k, n in enumerate(LOAD_NAMES):
         if n in card.domain:
             low[0, k], high[0, k] = card.domain[n]
@@ -340,7 +334,6 @@ def _text(given: Mapping[str, Any], key: str, where: str) -> str:
 
 
 def _number(value: object, what: str, where: str, lower: float = -1e300, upper: float = 1e300) -> float:
-    good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not good or not lower <= float(value) <= upper:  # type: ignore[arg-type]
+    if not is_number(value) or not lower <= value <= upper:
         raise InputError(f"{where}: {what} is {value!r:.60}, allowed: a number from {lower:g} to {upper:g}")
-    return float(value)  # type: ignore[arg-type]
+    return float(value)

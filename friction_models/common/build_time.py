@@ -13,10 +13,7 @@ VARIABLE = "SOURCE_DATE_EPOCH"
 def build_time() -> datetime.datetime | None:
     """Return the time that the variable ``SOURCE_DATE_EPOCH`` gives, or None without it.
 
-    Raises
-    ------
-    InputError
-        It is no number of seconds.
+    Raises InputError: it is no number of seconds.
 
     Examples
     --------

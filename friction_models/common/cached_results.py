@@ -66,12 +66,7 @@ def fingerprint(*parts: object) -> str:
 
 
 def digest(content: Any) -> str:
-    """Return the hash of JSON-able content.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Content that JSON does not hold, NaN among it.
+    """Return the hash of JSON-able content; raises TypeError or ValueError for other content, NaN among it.
 
     Examples
     --------
@@ -101,8 +96,7 @@ def code_digest(names: Iterable[str]) -> str:
 
 def _sources(name: str) -> list[list[str]]:
     """Return file names and content hashes of one package or module."""
-    top = source_place(name)
-    files = source_files(name)
+    files, top = source_files(name), source_place(name)
     return [[(p.name if p == top else p.relative_to(top or p).as_posix()), path_digest(p)] for p in files]
 
 
@@ -191,10 +185,7 @@ def _seal(path: Path) -> Path:
 def cache_folder() -> Path:
     """Return the user's cache folder of the project; nobody else can write to it or read it.
 
-    Raises
-    ------
-    PermissionError
-        It is another user's.
+    Raises PermissionError: it is another user's.
     """
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     folder = Path(base) / "tribofmu"

@@ -177,10 +177,7 @@ _OF_THE_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 def _naming(target: Path) -> Iterator[None]:
     """Let errors of the disk name what was to be written, not the temporary beside it.
 
-    Raises
-    ------
-    OSError
-        With the name of `target`, also where a library met a full disk and says something else.
+    The OSError has the name of `target` also where a library met a full disk and says something else.
     """
     try:
         yield

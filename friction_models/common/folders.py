@@ -273,12 +273,7 @@ def absolute(path: Path) -> Path:
 
 
 def check_parents(target: Path) -> None:
-    """Refuse what cannot be made: below a file, where one may not write, with a name too long.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise InputError for what cannot be made: below a file, where one may not write, with a name too long."""
     place = absolute(target)
     try:
         above = next(p for p in place.parents if p.exists())

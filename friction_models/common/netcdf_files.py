@@ -1,19 +1,45 @@
-"""netCDF files: packed when written, and no traceback beside the error when a damaged one is read."""
+"""netCDF files: packed when written, and no traceback beside the error when a damaged one is read.
+
+h5netcdf writes and reads them at once. xarray would load pandas first, and all of dask where it is installed.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InputError
 
 if TYPE_CHECKING:
-    import xarray
+    import h5netcdf
 
 #: How values are packed; `shuffle` is what the reference library does unasked.
-PACKED = {"zlib": True, "complevel": 4, "shuffle": True}
-_ENGINE: Literal["h5netcdf"] = "h5netcdf"
+PACKED: dict[str, Any] = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+#: What a damaged file raises while it is read.
+DAMAGED_NETCDF = (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError)
+
+
+class Variable(NamedTuple):
+    """Values over named dimensions, with their unit and meaning."""
+
+    dimensions: tuple[str, ...]
+    values: npt.NDArray[Any]
+    attributes: Mapping[str, str]
+
+
+class Dataset(NamedTuple):
+    """What a netCDF file holds; ``xarray.Dataset(*data)`` is the same data set."""
+
+    variables: Mapping[str, Variable]
+    #: Along the dimensions of their names, or of another name: then `variables` say that they belong to them.
+    coordinates: Mapping[str, Variable]
+    attributes: Mapping[str, str | int | float]
 
 
 def library() -> ModuleType:
@@ -26,16 +52,45 @@ def library() -> ModuleType:
     return module
 
 
-def write_dataset(data: xarray.Dataset, path: Path) -> None:
-    """Write a data set, its variables packed."""
-    data.to_netcdf(path, engine=_ENGINE, encoding={str(name): PACKED for name in data.data_vars})
+def write_dataset(data: Dataset, path: Path) -> None:
+    """Write a data set, its variables packed.
+
+    Raises InputError: a name with a slash, which would be a group of netCDF.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> mu = Variable(("time",), np.array([0.08, 0.07]), {"units": "1"})
+    >>> time = Variable(("time",), np.array([0.0, 0.1]), {"units": "s"})
+    >>> with TemporaryDirectory() as place:
+    ...     write_dataset(Dataset({"mu": mu}, {"time": time}, {"name": "run"}), Path(place) / "run.nc")
+    ...     with open_dataset(Path(place) / "run.nc") as file:
+    ...         file.variables["mu"][...].tolist(), file.attrs["name"]
+    ([0.08, 0.07], 'run')
+    """
+    every = {**data.variables, **data.coordinates}
+    if slashed := [name for name in every if "/" in name]:
+        raise InputError(f"{path.name}: variable {slashed[0]!r}; allowed: names without '/'")
+    elsewhere = {name: set(c.dimensions) for name, c in data.coordinates.items() if c.dimensions != (name,)}
+    with library().File(path, "w") as file:
+        file.attrs.update(data.attributes)
+        file.dimensions = {
+            name: size for v in every.values() for name, size in zip(v.dimensions, v.values.shape)
+        }
+        for name, (dimensions, values, attributes) in every.items():
+            fill = np.nan if np.issubdtype(values.dtype, np.floating) else None
+            packed = PACKED if name in data.variables else {}
+            variable = file.create_variable(
+                name, dimensions, values.dtype, data=values, fillvalue=fill, **packed
+            )
+            variable.attrs.update(attributes)
+            own = [n for n, along in elsewhere.items() if along <= set(dimensions)]
+            if own and name in data.variables:
+                variable.attrs["coordinates"] = " ".join(own)
 
 
 @contextmanager
-def open_dataset(path: Path) -> Iterator[xarray.Dataset]:
-    """Read a data set; times stay numbers. Raises OSError, ValueError, KeyError or RuntimeError: the file is damaged."""
-    import xarray
-
-    library()
-    with xarray.open_dataset(path, engine=_ENGINE, decode_times=False) as data:
-        yield data
+def open_dataset(path: Path) -> Iterator[h5netcdf.File]:
+    """Open a netCDF file for reading; a damaged one raises `DAMAGED_NETCDF`, here or where its values are read."""
+    with library().File(path, "r") as file:
+        yield file

@@ -6,8 +6,9 @@ and refits. `diagnosis_steps` describes how.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from ..common.imports.lazy_names import lazily
 
 if TYPE_CHECKING:
     from .answer.diagnosis import Diagnosis as Diagnosis
@@ -16,22 +17,4 @@ if TYPE_CHECKING:
     from .diagnosis_steps import diagnose as diagnose
     from .refinement import refine as refine
 
-_EXPORTS = {
-    "Comparison": "comparison",
-    "Diagnosis": "answer.diagnosis",
-    "compare": "comparison",
-    "diagnose": "diagnosis_steps",
-    "refine": "refinement",
-}
-
-__all__ = sorted(_EXPORTS)
-
-
-def __getattr__(name: str) -> Any:
-    if name in _EXPORTS:
-        return getattr(importlib.import_module(f".{_EXPORTS[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
-from importlib.metadata import entry_points
+from typing import Any
 
 from ..common import InputError, unknown_name
+from ..common.imports.plugins import offered
 from .base import Amplitude, Effect, EffectContext, Memory, Shape, ShapeParameter
 from .data_faults.force_zero import ForceZero
 from .data_faults.sensor_drift import SensorDrift
@@ -21,10 +21,10 @@ from .distance.static_peak import StaticPeak
 from .distance.wear_out import WearOut
 from .distance.work_exhaustion import WorkExhaustion
 from .empirical.effect import PREFIX as _EMPIRICAL
-from .empirical.effect import empirical_effect, empirical_named
+from .empirical.effect import empirical_effect
 from .metadata.batch import Batch
 from .metadata.factor import PREFIX as _FACTOR
-from .metadata.factor import factor_effect, factor_named
+from .metadata.factor import factor_effect
 from .metadata.tool_roughness import ToolRoughness
 from .pressure_and_surface.pressure_power import PressurePower
 from .pressure_and_surface.pressure_saturation import PressureSaturation
@@ -77,40 +77,33 @@ def load_catalogue() -> dict[str, type[Effect]]:
     'viscous share of the lubricant film'
     """
     catalogue: dict[str, type[Effect]] = {effect.name: effect for effect in _OWN}
-    for entry in entry_points(group=ENTRY_POINT_GROUP):
-        try:
-            effect = entry.load()
-        except Exception as error:
-            warnings.warn(f"effect plug-in {entry.name!r} ({entry.value}) is left out: {error}", stacklevel=2)
-            continue
+
+    def fault(effect: Any) -> str | None:
         if not (isinstance(effect, type) and issubclass(effect, Effect)):
-            warnings.warn(
-                f"effect plug-in {entry.name!r} ({entry.value}) is left out: not an Effect class",
-                stacklevel=2,
-            )
-        elif fault := declaration_fault(effect):
-            warnings.warn(f"effect plug-in {entry.name!r} ({entry.value}) is left out: {fault}", stacklevel=2)
-        elif effect.name in catalogue:
-            warnings.warn(
-                f"effect plug-in {entry.name!r} ({entry.value}) is left out: the name {effect.name!r} is taken",
-                stacklevel=2,
-            )
-        else:
-            catalogue[effect.name] = effect
+            return "not an Effect class"
+        if wrong := declaration_fault(effect):
+            return wrong
+        return f"the name {effect.name!r} is taken" if effect.name in catalogue else None
+
+    for effect in offered(ENTRY_POINT_GROUP, "effect", fault):
+        catalogue[effect.name] = effect
     return catalogue
 
 
 #: Effects by name.
 CATALOGUE: dict[str, type[Effect]] = load_catalogue()
 
-#: Effects that are made from their name, by its beginning.
-_MADE: dict[str, Callable[[str], type[Effect]]] = {_EMPIRICAL: empirical_named, _FACTOR: factor_named}
+#: Effects that are made from what follows in their name, by its beginning.
+_MADE: dict[str, Callable[[str], type[Effect]]] = {_EMPIRICAL: empirical_effect, _FACTOR: factor_effect}
 
 
 def _made_from(name: str) -> type[Effect] | None:
     """Return the effect that is made from a name, None for other names; raise InputError for a wrong one."""
-    makers = [make for start, make in _MADE.items() if name.startswith(start)]
-    return makers[0](name) if makers and name not in CATALOGUE else None
+    if name not in CATALOGUE:
+        for start, make in _MADE.items():
+            if name.startswith(start):
+                return make(name.removeprefix(start))
+    return None
 
 
 def known_effect(name: str) -> bool:

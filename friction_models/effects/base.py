@@ -16,11 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..common import InputError, unknown_name
-from ..expressions.ops import LoadColumns, Ops, Value
-from ..loads import LOAD_NAMES
+from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ..loads import LOAD_NAMES, LOADS, FloatArray
 from ..models.variables import StateVariable
 
-FloatArray = npt.NDArray[np.float64]
 #: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`).
 Spans = Mapping[str, tuple[float, ...]]
 #: Shape parameters by name: numbers, or rows of shape [1, g] for g sets at once.
@@ -147,11 +146,8 @@ class EffectContext:
     Examples
     --------
     >>> from friction_models.effects import EffectContext, ToolRoughness
-    >>> from friction_models.expressions.ops import LoadColumns, NumpyOps
-    >>> L = LoadColumns.from_matrix(NumpyOps(), np.array([[50, 20, 500, 0, 1.0]]))
-    >>> rough = EffectContext(system={"Ra": np.array([[0.25]])})
-    >>> ToolRoughness().basis(NumpyOps(), L, {}, rough)[0].tolist()
-    [[0.25]]
+    >>> ToolRoughness().at(EffectContext(system={"Ra": np.array([[0.25], [0.5]])})).tolist()
+    [[0.25], [0.5]]
     """
 
     mu: Value = None
@@ -203,9 +199,7 @@ class Effect:
 
     Its basis at 0 and at 30 mm, before it is multiplied with the amplitude k_g:
 
-    >>> from friction_models.expressions.ops import LoadColumns, NumpyOps
-    >>> L = LoadColumns.from_matrix(NumpyOps(), np.array([[50, 20, 500, 0, 1], [50, 20, 500, 30, 1.0]]))
-    >>> effect.basis(NumpyOps(), L, effect.start_shape(), EffectContext())[0].tolist()
+    >>> effect.at(sd=[0, 30]).tolist()
     [[0.0], [1.5]]
     """
 
@@ -329,6 +323,29 @@ class Effect:
             States, system variables and own friction coefficient, as far as declared.
         """
         raise TypeError(f"effect {self.name!r} declares no basis")
+
+    def at(self, context: EffectContext | None = None, **loads: npt.ArrayLike) -> FloatArray:
+        """Return what the amplitudes are multiplied with, shape (n, amplitudes), at loads by name, each of shape (n,).
+
+        A load that is not given has its nominal value, a shape parameter that is not fixed a typical one.
+
+        Raises
+        ------
+        InputError
+            A name that is none of a load.
+
+        Examples
+        --------
+        >>> from friction_models.effects import Stribeck
+        >>> Stribeck(v_s=20.0, d=1.0).at(v_rel=[0, 20, 40]).round(3).tolist()
+        [[1.0], [0.368], [0.135]]
+        """
+        for name in loads:
+            if name not in LOAD_NAMES:
+                raise unknown_name("load", name, LOAD_NAMES)
+        columns = (np.reshape(np.asarray(loads.get(q.name, q.nominal), np.float64), (-1, 1)) for q in LOADS)
+        L, context = LoadColumns(*columns), context or EffectContext()
+        return np.hstack(np.broadcast_arrays(*self.basis(NumpyOps(), L, self.start_shape(), context)))
 
     def start_state(self, p: Parameters) -> tuple[Any, ...]:
         """Return the states of fresh contact."""

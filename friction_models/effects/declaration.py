@@ -13,10 +13,6 @@ KINDS = ("physics", "system", "fault")
 def declaration_fault(effect: type[Effect]) -> str | None:
     """Return what is missing or wrong in the declaration of an effect, None where it is complete.
 
-    Parameters
-    ----------
-    effect : type of Effect
-
     Examples
     --------
     >>> from friction_models.effects import Stribeck

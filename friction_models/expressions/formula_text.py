@@ -34,12 +34,6 @@ _ARITHMETIC: dict[type[ast.operator], Callable[[Value, Value], Value]] = {
 class Formula:
     """A parsed formula.
 
-    Attributes
-    ----------
-    text : str
-    names : tuple of str
-        The names that stand in it, sorted.
-
     Examples
     --------
     >>> formula = read_formula("mu0*(1 - exp(-v_rel/v0))", {"mu0", "v0", "v_rel"})
@@ -50,6 +44,7 @@ class Formula:
     """
 
     text: str
+    #: The names that stand in it, sorted.
     names: tuple[str, ...]
     tree: ast.expr
 
@@ -61,10 +56,7 @@ class Formula:
 def read_formula(text: object, names: Collection[str], where: str = "formula") -> Formula:
     """Parse a formula in which only `names` may stand.
 
-    Raises
-    ------
-    InputError
-        No formula, too long, or something in it that is not allowed.
+    Raises InputError: no formula, too long, or something in it that is not allowed.
 
     Examples
     --------

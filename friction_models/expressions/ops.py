@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 #: A float64 array, a number, or a node of a graph: whatever the back end at hand computes with.
 Value: TypeAlias = Any
 Function: TypeAlias = Callable[..., Value]
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -65,9 +65,8 @@ def model_class(family: str) -> type[FrictionModel]:
     >>> model_class("power_law").__name__
     'PowerLawFriction'
     """
-    if (
-        family == FormulaFriction.family
-    ):  # no family to be trained by name: without a formula there is nothing to fit
+    # No family to be trained by name: without a formula there is nothing to fit.
+    if family == FormulaFriction.family:
         return FormulaFriction
     if family not in FAMILIES:
         raise unknown_name("model", family, FAMILIES)

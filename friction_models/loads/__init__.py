@@ -33,30 +33,4 @@ if TYPE_CHECKING:
     from .tribo_loads import check_column as check_column
     from .tribo_loads import require_loads as require_loads
 
-__getattr__, __all__ = lazily(
-    __name__,
-    {
-        "..common.errors": ["InputError"],
-        ".columns": ["STAND_IN", "missing_column", "not_measured", "require_every_load"],
-        ".contract": [
-            *(
-                "LOADS",
-                "LOAD_NAMES",
-                "MEASURED_MU",
-                "MU",
-                "POINT_COLUMNS",
-                "POINT_UNITS",
-                "QUANTITIES",
-                "TIME",
-            ),
-            *("UNCERTAINTY_COLUMNS", "FloatArray", "Quantity"),
-        ],
-        ".dataset": ["DataSet"],
-        ".points": ["about_negative", "load_points"],
-        ".tribo_loads": ["TriboLoads", "check_column", "require_loads"],
-    },
-)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from ..common.errors import InputError
 
@@ -85,6 +84,8 @@ def order_of_tests(
 
 def _refuse_no_time(names: Names, time: Numbers, way: Numbers, shown: Rows, where: str) -> None:
     """Refuse a test that slides while its time stands still."""
+    import pandas as pd
+
     tests = pd.DataFrame({"t": time, "sd": way}).groupby(names)
     span = tests.max() - tests.min()
     still = span.index[(span["t"] == 0.0) & (span["sd"] > 0.0)]
@@ -102,6 +103,8 @@ def _numbered(names: Names) -> Rows | None:
     runs = names[starts]
     if len(np.unique(runs)) == len(runs):
         return None
+    import pandas as pd
+
     number, _ = pd.factorize(runs)
     return np.asarray(number[np.cumsum(starts) - 1], dtype=np.intp)
 
@@ -110,6 +113,8 @@ def _falls(way: Numbers, names: Names) -> int | None:
     """Return where the distance first falls within a test, None where it does not."""
     if len(way) < 2:
         return None
+    import pandas as pd
+
     number = np.cumsum(np.r_[True, names[1:] != names[:-1]])
     tests = pd.Series(way).groupby(number)
     highest = tests.cummax().to_numpy()

@@ -302,13 +302,7 @@ def _decimal(separator: str, names: list[str], rows: list[list[str]], known: Map
 
 
 def encoding_of(file: Path) -> str:
-    """Return the encoding of a text file.
-
-    Raises
-    ------
-    ValueError
-        Binary content.
-    """
+    """Return the encoding of a text file; raises ValueError for binary content."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     with file.open("rb") as stream:
         encoding = marked_encoding(stream.read(4))
@@ -332,13 +326,7 @@ def _blocks(stream: BinaryIO) -> Iterator[bytes]:
 
 
 def write_table(path: Path, frame: pd.DataFrame) -> None:
-    """Write a table as CSV or, by its suffix, as Parquet; atomically.
-
-    Raises
-    ------
-    InputError
-        Parquet, and the library for it is not installed.
-    """
+    """Write a table as CSV or, by its suffix, as Parquet, atomically; raises InputError without the library for Parquet."""
     if path.suffix != ".csv":
         need("pyarrow", "solvers", f"{path}: a Parquet file")
     with atomic_path(path) as temporary:

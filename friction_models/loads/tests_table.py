@@ -36,18 +36,6 @@ class ChangedMeanwhile(InputError):
 class TableOfTests:
     """Rows of cells as they stand in the file of a test table.
 
-    Attributes
-    ----------
-    file : Path
-        Where it stands, or will stand.
-    above : tuple of str
-        Lines over the names of the columns.
-    rows : tuple of tuple of str
-        Names of the columns, perhaps their units, and one row a test.
-    separator : str
-    content : bytes or None
-        The file as it was read, None where there was none: `save` overwrites nothing else.
-
     Examples
     --------
     >>> import tempfile
@@ -59,20 +47,21 @@ class TableOfTests:
     ('test_id;Ra;role\\nt1;0,40;\\nt2;0,80;test\\n', 'tests-001.csv')
     """
 
+    #: Where it stands, or will stand.
     file: Path
+    #: Lines over the names of the columns.
     above: tuple[str, ...]
+    #: Names of the columns, perhaps their units, and one row a test.
     rows: tuple[tuple[str, ...], ...]
     separator: str = ","
+    #: The file as it was read, None where there was none: `save` overwrites nothing else.
     content: bytes | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> TableOfTests:
         """Read the test table of a folder or a file; of a data set without one, a table with the names of its tests.
 
-        Raises
-        ------
-        InputError
-            No such folder, no table and no points in it, or what `read_tests` refuses.
+        Raises InputError: no such folder, no table and no points in it, or what `read_tests` refuses.
         """
         place = Path(path)
         file = place / "tests.csv" if place.is_dir() else place
@@ -118,10 +107,7 @@ class TableOfTests:
     def changed(self, changes: Iterable[tuple[str, str, str]]) -> TableOfTests:
         """Return the table with other cells: (test, column, value); ``*`` in the name of a test stands for any text.
 
-        Raises
-        ------
-        InputError
-            No such test, a name that can be no column, the column `test_id`, or a value that is no plain text.
+        Raises InputError: no such test, a name that can be no column, the column `test_id`, or a value that is no plain text.
         """
         columns, place = list(self.columns), self.columns.index("test_id")
         rows = [list(row) for row in self.rows]
@@ -166,12 +152,8 @@ class TableOfTests:
     def save(self) -> Path | None:
         """Write the table, and return where the one before is kept; None where there was none.
 
-        Raises
-        ------
-        InputError
-            What would be written is no test table.
-        ChangedMeanwhile
-            The file is no longer the one that was read; nothing is written.
+        Nothing is written where that would be no test table (InputError), or the file is no longer the one that was read
+        (ChangedMeanwhile).
         """
         # nobody may write between the last look at the file and its replacement
         with one_at_a_time(self.file.parent), atomic_path(self.file) as temporary:

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from ..common.errors import InputError, unknown_name
 from .columns import STAND_IN, measured_loads
 from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, FloatArray, Quantity
 from .order import order_of_tests
+
+if TYPE_CHECKING:  # arrays of loads need no pandas, which takes long to import
+    import pandas as pd
 
 
 def check_column(
@@ -39,6 +42,8 @@ def check_column(
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError):
+        import pandas as pd
+
         cells = np.ravel(np.asarray(values, dtype=object))
         text = pd.isna(pd.to_numeric(pd.Series(cells), errors="coerce")) & ~pd.isna(cells)
         row = int(np.argmax(text))
@@ -181,6 +186,8 @@ class TriboLoads:
         >>> loads.absent
         ('sd', 'psi')
         """
+        import pandas as pd
+
         measured = measured_loads(data.columns)
         v_rel, T, sigma_n, sd, psi = (
             data[n].to_numpy() if n in measured else np.full(len(data), STAND_IN[n]) for n in LOAD_NAMES
@@ -230,6 +237,7 @@ class TriboLoads:
 
         Examples
         --------
+        >>> import pandas as pd
         >>> data = pd.DataFrame({"T": [80.0, 90.0], "u_T": [4.0, 5.0], "psi": [1.2, 1.2], "u_psi": [0.0, 0.0]})
         >>> {load: u.tolist() for load, u in TriboLoads.from_frame(data).stated_uncertainty().items()}
         {'T': [4.0, 5.0]}
@@ -316,6 +324,8 @@ class TriboLoads:
 
     def to_frame(self) -> pd.DataFrame:
         """Return a table with the columns of the contract that are present; loads that were not measured are none."""
+        import pandas as pd
+
         columns: dict[str, object] = {}
         if self.test_id is not None:
             columns["test_id"] = self.test_id

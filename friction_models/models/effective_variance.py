@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..common import InputError
-from ..loads import LOADS, FloatArray, TriboLoads
+from ..loads import QUANTITIES, FloatArray, TriboLoads
 from .tangent import polynomial_columns
 
 #: Fits to weights; those of straight laws no longer change after two or three.
@@ -33,7 +33,6 @@ LEAST_SCATTER = 0.25
 ALIKE = 0.99
 #: Degree of the polynomial whose slopes stand for those of a flexible family.
 DEGREE = 2
-_UPPER = {q.name: q.upper for q in LOADS}
 
 #: Fits a law with weights (None: all alike), and returns its mu at each of several sets of loads.
 Refit = Callable[[Sequence[TriboLoads], FloatArray | None], Sequence[FloatArray]]
@@ -154,23 +153,9 @@ def scatter_beside(residual: FloatArray, squares: FloatArray) -> float:
 
 
 def load_weights(loads: TriboLoads, mu: FloatArray, refit: Refit) -> LoadWeights | None:
-    """Return the weights by which a fit honours the stated uncertainties of its loads.
+    """Return the weights by which a fit to `mu`, shape (n,), honours the stated uncertainties of its loads; None without any.
 
-    None where none is stated.
-
-    Parameters
-    ----------
-    loads : TriboLoads
-        Points of the fit; see `TriboLoads.stated_uncertainty`.
-    mu : ndarray, shape (n,)
-        Measured coefficient of friction.
-    refit : callable
-        Fits the law, or what stands for it.
-
-    Raises
-    ------
-    InputError
-        An uncertainty that is negative or not finite.
+    `refit` fits the law, or what stands for it. Raises InputError: what `TriboLoads.stated_uncertainty` refuses.
     """
     stated = loads.stated_uncertainty()
     if not stated:
@@ -224,5 +209,5 @@ def honoured_sentence(facts: HonouredUncertainty, points: int) -> str:
 
 def raised_loads(loads: TriboLoads, load: str, by: FloatArray) -> TriboLoads:
     """Return the points with one load raised by `by`, shape (n,), at most to its physical limit."""
-    changed: dict[str, Any] = {load: np.minimum(getattr(loads, load) + by, _UPPER[load])}
+    changed: dict[str, Any] = {load: np.minimum(getattr(loads, load) + by, QUANTITIES[load].upper)}
     return replace(loads, **changed)

@@ -10,12 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..loads import LOADS, DataSet, FloatArray, TriboLoads
-
-_UPPER = {q.name: q.upper for q in LOADS}
+from ..loads import QUANTITIES, DataSet, FloatArray, TriboLoads
 
 
-class FramePredictor(Protocol):
+class Predictor(Protocol):
     """Anything that predicts mu for a table of points."""
 
     def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> npt.ArrayLike: ...
@@ -23,21 +21,13 @@ class FramePredictor(Protocol):
 
 @dataclass(frozen=True)
 class LoadUncertainty:
-    """Standard uncertainty of a model's mu through the loads.
+    """Standard uncertainty of a model's mu through the loads."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (n,)
-        Of every point, loads added as squares.
-    tests : pandas.Series
-        Of the mean of every test, by `test_id`. The errors of a load are common to the points of a test, so that they do
-        not average out.
-    by_load : dict of str to float
-        Root mean square over the points, of each uncertain load by itself.
-    """
-
+    #: Of every point, loads added as squares; shape (n,).
     points: FloatArray
+    #: Of the mean of every test, by `test_id`. The errors of a load are common to the points of a test: they do not average out.
     tests: pd.Series[float]
+    #: Root mean square over the points, of each uncertain load by itself.
     by_load: Mapping[str, float]
 
     @property
@@ -51,27 +41,17 @@ class LoadUncertainty:
 
 
 def load_uncertainty(
-    model: FramePredictor, data: pd.DataFrame | DataSet, tests: pd.DataFrame | None = None
+    model: Predictor, data: pd.DataFrame | DataSet, tests: pd.DataFrame | None = None
 ) -> LoadUncertainty | None:
     """Return the uncertainty of mu that the stated uncertainties of the loads give a model, to first order.
 
     Each load is raised by its uncertainty at all points of all tests, one load after the other; the change of mu is what an
     error of that size does. Loads count as independent of each other. None where the data state no uncertainty.
 
-    Parameters
-    ----------
-    model : FramePredictor
-        A fitted friction model, or anything with `predict_frame`.
-    data : pandas.DataFrame or DataSet
-        Points with one or more of the columns `u_sigma_n` [MPa], `u_psi` [1], `u_T` [K], as the twin writes them; without
-        `test_id` all points count as one test.
-    tests : pandas.DataFrame, optional
-        One row a test, for models that read metadata.
+    The points have one or more of the columns `u_sigma_n` [MPa], `u_psi` [1], `u_T` [K], as the twin writes them; without
+    `test_id` they count as one test. `tests` is for models that read metadata.
 
-    Raises
-    ------
-    InputError
-        An uncertainty that is negative or not finite.
+    Raises InputError: an uncertainty that is negative or not finite.
 
     Examples
     --------
@@ -92,24 +72,9 @@ def load_uncertainty(
     usual = np.asarray(model.predict_frame(data, tests), dtype=np.float64)
     points, means, by_load = np.zeros(len(data)), pd.Series(0.0, index=ids.unique()), {}
     for load, u in stated.items():
-        raised = np.minimum(data[load].to_numpy(dtype=np.float64) + u, _UPPER[load])
+        raised = np.minimum(data[load].to_numpy(dtype=np.float64) + u, QUANTITIES[load].upper)
         change = np.asarray(model.predict_frame(data.assign(**{load: raised}), tests)) - usual
         points += change**2
         means += pd.Series(change, index=ids.to_numpy()).groupby(level=0).mean().reindex(means.index) ** 2
         by_load[load] = float(np.sqrt(np.mean(change**2)))
     return LoadUncertainty(np.sqrt(points), means.pow(0.5).rename_axis("test_id"), by_load)
-
-
-def loads_sentence(from_loads: float, rmse: float) -> str:
-    """Return what uncertain loads can explain of a root mean square error, in one sentence.
-
-    Examples
-    --------
-    >>> loads_sentence(0.001, 0.002)
-    'Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of 0.00100: 25% of the mean square error.'
-    """
-    share = 1.0 if rmse <= from_loads else (from_loads / rmse) ** 2
-    return (
-        f"Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of {from_loads:.5f}: "
-        f"{share:.0%} of the mean square error."
-    )

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from ..common import InputError
 from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ALLOWED = (
     f"an object that is fitted, with predict(array[n, {len(LOAD_NAMES)}]) of the loads {', '.join(LOAD_NAMES)} or "
     "predict_frame(data, tests)"
 )
 
-#: By these errors an addition to a model is judged.
-JUDGED = ("rmse", "mae")
 #: Error measures by name; None for the share outside a domain that is not known.
 Measures: TypeAlias = dict[str, float | None]
 
@@ -69,6 +68,21 @@ def range_warning(predicted: FloatArray) -> str:
     return "" if low >= 0.0 and high <= 1.0 else f"mu from {low:.3g} to {high:.3g}, outside 0 to 1"
 
 
+def loads_sentence(from_loads: float, rmse: float) -> str:
+    """Return what uncertain loads can explain of a root mean square error, in one sentence.
+
+    Examples
+    --------
+    >>> loads_sentence(0.001, 0.002)
+    'Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of 0.00100: 25% of the mean square error.'
+    """
+    share = 1.0 if rmse <= from_loads else (from_loads / rmse) ** 2
+    return (
+        f"Uncertain loads (u_sigma_n, u_psi, u_T) alone would give an RMSE of {from_loads:.5f}: "
+        f"{share:.0%} of the mean square error."
+    )
+
+
 def predict_points(where: str, model: Any, loads: TriboLoads, tests: pd.DataFrame | None) -> FloatArray:
     """Return mu of a model at loads, shape (n,): with time and metadata where it takes them, for its memory.
 
@@ -103,30 +117,3 @@ def predict_points(where: str, model: Any, loads: TriboLoads, tests: pd.DataFram
     if predicted.shape != (len(loads),) or not np.isfinite(predicted).all():
         raise InputError(f"{where}: predict gave {predicted.shape} values, allowed: one finite value a point")
     return predicted
-
-
-def are_intervals(found: object) -> bool:
-    """Whether these are the intervals of a round; those of older files are empty.
-
-    Examples
-    --------
-    >>> known, unknown = {"rmse": [0.004, 0.006], "mae": [0.003, 0.005]}, {"rmse": None, "mae": None}
-    >>> are_intervals({"before": known, "after": known, "fall": unknown}), are_intervals({}), are_intervals({"after": 3})
-    (True, True, False)
-    """
-    return found == {} or (
-        isinstance(found, dict)
-        and all(
-            isinstance(part := found.get(when), dict) and all(_is_interval(part.get(n)) for n in JUDGED)
-            for when in ("before", "after", "fall")
-        )
-    )
-
-
-def _is_interval(found: object) -> bool:
-    return found is None or (isinstance(found, list) and len(found) == 2 and all(map(is_number, found)))
-
-
-def is_number(found: object) -> bool:
-    """Whether something of a file is a finite number."""
-    return isinstance(found, int | float) and not isinstance(found, bool) and math.isfinite(found)

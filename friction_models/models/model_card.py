@@ -19,8 +19,7 @@ from ..common.wording import counted
 from ..loads import LOADS, FloatArray
 from .effective_variance import HonouredUncertainty, honoured_sentence
 from .intervals import LEAST_TESTS, SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
-from .load_uncertainty import loads_sentence
-from .measures import Measures
+from .measures import Measures, loads_sentence
 
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
 #: Significant digits of mu that count in a hash of a test: a CSV file may change the last ones.

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from ..common import InputError
 from ..common.json_values import JsonObject
@@ -20,6 +19,9 @@ from ..loads.time_steps import rests, time_steps
 from .domain import Domain
 from .intervals import MARGIN
 from .variables import as_numbers
+
+if TYPE_CHECKING:  # the trials of an FMU compare arrays with its model
+    import pandas as pd
 
 #: Larger files are refused; real models are below a few megabytes.
 MAX_ONNX_BYTES = 256 * 1024**2
@@ -178,6 +180,8 @@ class OnnxModel:
         point of a test sees the start state. System variables come from the columns of `tests` with their
         names, labels as their numbers; what is not there keeps its start value.
         """
+        import pandas as pd
+
         mu = self._along_tests(TriboLoads.from_frame(data, tests))
         return pd.Series(mu, index=data.index, name=MU.name)
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from sklearn.base import clone
 
 from ..loads import FloatArray, TriboLoads
 
@@ -90,6 +89,8 @@ def out_of_fold(model: Any, data: MeasuredPoints) -> FloatArray:
 
     A single test is predicted by a model of the same test: there is nothing else to learn from.
     """
+    from sklearn.base import clone
+
     tests = len(data.tests)
     names = np.array(data.tests)[data.point_test]
     if tests < 2:

@@ -8,7 +8,6 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from ..common.json_values import JsonObject
 
@@ -90,5 +89,7 @@ def as_numbers(
     if len(labels):
         codes = {str(label): float(k) for k, label in enumerate(labels)}
         return np.array([codes.get(str(v), UNKNOWN_LABEL) for v in values], dtype=np.float64)
+    import pandas as pd
+
     numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, start)

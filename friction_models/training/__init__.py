@@ -25,20 +25,4 @@ if TYPE_CHECKING:
     from .search import fit_all as fit_all
     from .search import grid_search as grid_search
 
-__getattr__, __all__ = lazily(
-    __name__,
-    {
-        "..loads.splits": ["hold_out", "k_fold"],
-        "..models.measures": ["error_measures"],
-        ".evaluation": ["Evaluation", "evaluate", "train"],
-        ".learning_curve": [
-            *("growing_sets", "lowest_error", "needed_tests", "needed_with_interval", "percentile_curve"),
-            "share_fewer",
-        ],
-        ".search": ["GridSearch", "best_parameters", "cross_validate", "fit_all", "grid_search"],
-    },
-)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

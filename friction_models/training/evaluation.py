@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,8 @@ import pandas as pd
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
 from ..models.domain import known_domain
-from ..models.load_uncertainty import load_uncertainty, loads_sentence
-from ..models.measures import Measures, error_measures, range_warning
+from ..models.load_uncertainty import Predictor, load_uncertainty
+from ..models.measures import Measures, error_measures, loads_sentence, range_warning
 
 if TYPE_CHECKING:
     from ..models.base import FrictionModel
@@ -21,12 +21,6 @@ if TYPE_CHECKING:
 #: Typical accuracy of a tribometer in mu; tests with a smaller MAE count as described.
 TRIBOMETER_ACCURACY = 0.01
 WORST_SHOWN = 5
-
-
-class Predictor(Protocol):
-    """Anything that predicts mu for a table of points."""
-
-    def predict_frame(self, data: pd.DataFrame, tests: pd.DataFrame | None = None) -> npt.ArrayLike: ...
 
 
 @dataclass(frozen=True)

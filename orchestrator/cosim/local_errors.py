@@ -12,7 +12,7 @@ import numpy as np
 from fmus.runtime.errors import SimulationError
 from forming.results.local_errors import FINER, Contact, local_errors, summary
 from friction_models.common import InputError, atomic_path
-from friction_models.common.netcdf_files import open_dataset, write_dataset
+from friction_models.common.netcdf_files import Dataset, Variable, open_dataset, write_dataset
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.loads.contract import with_unit
 
@@ -50,8 +50,6 @@ def forming_with_elements(master: Master) -> tuple[str, float]:
 
 def state_local_errors(run: Run, master: Master, progress: Callable[[float], None] | None = None) -> str:
     """Run the system of `master` with smaller elements, write the stated errors into the folder of `run`; return a table."""
-    import xarray
-
     name, size = forming_with_elements(master)
     smaller = FINER * size
     other: System = master.system.model_copy(deep=True)
@@ -66,10 +64,13 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
         return f"errors of the loads are not known: with elements of {smaller:.3g} mm {error}"
     loads, active = _contact(run, name)
     errors = local_errors(loads, active, finer)
-    data = xarray.Dataset(
-        {q.name: (("time", "point"), errors[:, :, k], {"units": q.unit}) for k, q in enumerate(LOADS)},
-        coords={"time": ("time", run.time[1:], {"units": "s"})},
-        attrs={"component": name, "mesh_size": size, "compared_with": smaller},
+    data = Dataset(
+        {
+            q.name: Variable(("time", "point"), errors[:, :, k], {"units": q.unit})
+            for k, q in enumerate(LOADS)
+        },
+        {"time": Variable(("time",), run.time[1:], {"units": "s"})},
+        {"component": name, "mesh_size": size, "compared_with": smaller},
     )
     with atomic_path(run.folder / FILE) as path:
         write_dataset(data, path)
@@ -97,9 +98,9 @@ def stated_errors(run: Run) -> list[StatedError]:
     """Return what `state_local_errors` wrote into a run folder, load by load; empty where it wrote nothing."""
     if not (run.folder / FILE).is_file():
         return []
-    with open_dataset(run.folder / FILE) as data:
-        name = str(data.attrs["component"])
-        errors = np.stack([np.asarray(data[n].values, dtype=float) for n in LOAD_NAMES], axis=2)
+    with open_dataset(run.folder / FILE) as file:
+        name = str(file.attrs["component"])
+        errors = np.stack([np.asarray(file.variables[n][...], dtype=float) for n in LOAD_NAMES], axis=2)
     return [StatedError(*row) for row in summary(*_contact(run, name), errors)]
 
 

@@ -16,7 +16,7 @@ from friction_models.common import InputError, atomic_folder, unknown_name, writ
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.imports.drawn import Drawn
-from friction_models.common.netcdf_files import open_dataset, write_dataset
+from friction_models.common.netcdf_files import DAMAGED_NETCDF, Dataset, Variable, open_dataset, write_dataset
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
@@ -121,13 +121,14 @@ class Run(Drawn):
                 raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
         try:
             manifest = read_json(place / "manifest.json")
-            with open_dataset(place / "results.nc") as data:
-                time = np.asarray(data["time"].values, dtype=float)
-                values = {str(n): np.asarray(v.values, dtype=float) for n, v in data.data_vars.items()}
-                units = {str(n): str(v.attrs.get("units", "")) for n, v in data.data_vars.items()}
+            with open_dataset(place / "results.nc") as file:
+                time = np.asarray(file.variables["time"][...], dtype=float)
+                found = {n: v for n, v in file.variables.items() if n not in file.dimensions}
+                values = {n: np.asarray(v[...], dtype=float) for n, v in found.items()}
+                units = {n: str(v.attrs.get("units", "")) for n, v in found.items()}
         except InputError:
             raise
-        except (OSError, ValueError, KeyError, RuntimeError) as error:  # netCDF has RuntimeErrors, too
+        except DAMAGED_NETCDF as error:
             raise InputError(f"{place}: the run cannot be read ({' '.join(str(error).split())})") from None
         run = cls(place, manifest, time, values, units)
         if not stopped and not run.complete:
@@ -274,23 +275,18 @@ def write_run(
 
 
 def _write_netcdf(run: Run, path: Path) -> None:
-    import xarray
-
-    widths = sorted({a.shape[1] for a in run.values.values() if a.ndim == 2})
-    data = xarray.Dataset(
-        {
-            label: (
-                ("time",) if a.ndim == 1 else ("time", f"point_{a.shape[1]}"),
-                a,
-                {"units": run.units[label]},
-            )
-            for label, a in run.values.items()
-        },
-        coords={"time": ("time", run.time, {"units": "s"})}
-        | {f"point_{n}": (f"point_{n}", np.arange(1, n + 1)) for n in widths},
-        attrs={"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]},
-    )
-    write_dataset(data, path)
+    variables = {
+        label: Variable(
+            ("time",) if a.ndim == 1 else ("time", f"point_{a.shape[1]}"), a, {"units": run.units[label]}
+        )
+        for label, a in run.values.items()
+    }
+    coordinates = {"time": Variable(("time",), run.time, {"units": "s"})}
+    for width in sorted({a.shape[1] for a in run.values.values() if a.ndim == 2}):
+        points = f"point_{width}"
+        coordinates[points] = Variable((points,), np.arange(1, width + 1), {})
+    about = {"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]}
+    write_dataset(Dataset(variables, coordinates, about), path)
 
 
 def _summary(run: Run) -> list[str]:

@@ -21,7 +21,7 @@ from .versions import versions
 #: Distributions whose version may change a number.
 DISTRIBUTIONS = (
     "fmpy", "h5netcdf", "h5py", "numba", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu",
-    "scikit-learn", "scipy", "torch", "xarray",
+    "scikit-learn", "scipy", "torch",
 )  # fmt: skip
 #: The packages below this one; their sources count in every key.
 PACKAGES = ("friction_models", "forming", "sct_twin", "fmus")

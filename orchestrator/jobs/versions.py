@@ -6,7 +6,7 @@ import platform
 from collections.abc import Iterable
 from importlib import metadata
 
-PACKAGES = ("fmpy", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy", "xarray")
+PACKAGES = ("fmpy", "h5netcdf", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy")
 
 
 def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:

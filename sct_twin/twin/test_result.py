@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import atomic_path
-from friction_models.common.netcdf_files import library
+from friction_models.common.netcdf_files import DAMAGED_NETCDF, library, open_dataset
 from friction_models.loads import POINT_UNITS, FloatArray
 
 from ..records.cells import Cell
@@ -108,8 +108,8 @@ def read_netcdf(path: Path) -> TestResult | None:
     if not path.is_file():
         return None
     try:
-        with library().File(path, "r") as file:
+        with open_dataset(path) as file:
             columns = {n: np.asarray(v[:], dtype=np.float64) for n, v in file.variables.items()}
             return TestResult(str(file.attrs["test_id"]), columns, json.loads(file.attrs["summary"]))
-    except (OSError, ValueError, AttributeError, KeyError, RuntimeError, TypeError):
+    except DAMAGED_NETCDF:
         return None

@@ -21,19 +21,4 @@ if TYPE_CHECKING:
     from .rig.instruments import Instruments as Instruments
     from .rig.specimen import Rig as Rig
 
-__getattr__, __all__ = lazily(
-    __name__,
-    {
-        ".campaign": ["Campaign"],
-        ".further_tests": ["run_protocol"],
-        ".hidden": ["HIDDEN"],
-        ".law": ["load_truth"],
-        ".lubricants": ["LUBRICANTS"],
-        ".plans": ["PLAN_NAMES"],
-        ".press": ["NINE_LEVELS", "press_curves"],
-        ".protocols": ["PROTOCOLS"],
-        ".rig.file_formats": ["FORMATS"],
-        ".rig.instruments": ["Faults", "Instruments"],
-        ".rig.specimen": ["Rig"],
-    },
-)
+__getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -15,6 +15,7 @@ from sklearn.base import clone
 from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load_model
+from friction_models.common.imports import plugins
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.candidates import evaluate_points, spans_of
@@ -63,7 +64,7 @@ def plug_in() -> Iterator[None]:
     """Stand for an installed package that offers the user's effect."""
     entry = SimpleNamespace(name=Polishing.name, value="plugin:Polishing", load=lambda: Polishing)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(effects, "entry_points", lambda group: [entry])
+        patch.setattr(plugins, "entry_points", lambda group: [entry])
         patch.setitem(CATALOGUE, Polishing.name, effects.load_catalogue()[Polishing.name])
         yield
 

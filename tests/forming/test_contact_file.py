@@ -6,6 +6,7 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
+import xarray
 
 from forming.results.contact_history import ContactHistory
 from forming.results.files import _read_contact
@@ -25,8 +26,8 @@ def test_it_is_the_file_that_the_reference_library_would_write(tmp_path: Path) -
         errors=None,
     )
     ours, other = tmp_path / "ours.nc", tmp_path / "other.nc"
-    data = contact_dataset(contact)
-    write_dataset(data, ours)
+    write_dataset(contact_dataset(contact), ours)
+    data = xarray.Dataset(*contact_dataset(contact))
     packed = {str(v): {"zlib": True, "complevel": 4} for v in data.data_vars}
     data.to_netcdf(other, engine="netcdf4", encoding=packed)
     with netCDF4.Dataset(ours) as one, netCDF4.Dataset(other) as two:

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.discovery_campaigns import campaign
 from friction_models import effects
 from friction_models.common import InputError
+from friction_models.common.imports import plugins
 from friction_models.discovery import diagnose, refine
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Shape, load_catalogue, make_effect
 from friction_models.effects.declaration import declaration_fault
@@ -92,7 +93,7 @@ def test_the_catalogue_declares_everything() -> None:
 def test_an_incomplete_effect_is_left_out_with_a_warning(
     effect: type[Effect], said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(effects, "entry_points", lambda group: [Entry(effect), Entry(Squeal)])
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [Entry(effect), Entry(Squeal)])
     with pytest.warns(UserWarning, match="'theirs'.*is left out: ") as seen:
         catalogue = load_catalogue()
     assert said in str(seen[0].message)

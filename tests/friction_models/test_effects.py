@@ -10,6 +10,7 @@ import pytest
 
 from friction_models import effects
 from friction_models.common import InputError
+from friction_models.common.imports import plugins
 from friction_models.effects import Effect, load_catalogue, make_effect
 from friction_models.effects.base import Amplitude, Shape
 
@@ -69,6 +70,14 @@ def test_fixed_parameters_are_not_fitted() -> None:
     assert fixed != free and fixed == effects.Stribeck(v_s=25.0)
 
 
+def test_an_effect_is_evaluated_at_loads_by_name() -> None:
+    both = effects.RateState(v_0=1.0, D_c=2.0, age_0=1.0)
+    aged = effects.EffectContext(state={"age": np.array([[2.0 * np.e]])})
+    assert both.at(aged, v_rel=[0.9, 9.9]) == pytest.approx(np.array([[0.0, 1.0], [np.log(10.0), 1.0]]))
+    with pytest.raises(InputError, match=r"unknown load 'vrel'.*did you mean 'v_rel'"):
+        effects.Stribeck().at(vrel=[1.0])
+
+
 def test_scan_values_follow_the_data_within_bounds() -> None:
     shape = Shape("T_b", "degC", "threshold", 30.0, 600.0, 250.0, follows="T", points=5, log=False)
     assert np.allclose(shape.grid({"T": (100.0, 300.0)}), [100, 150, 200, 250, 300])
@@ -83,7 +92,7 @@ def test_plug_ins_are_added_and_broken_ones_named(monkeypatch: pytest.MonkeyPatc
         Entry("nothing", 42),
         Entry("second", type("Second", (Squeal,), {"name": "stribeck"})),
     ]
-    monkeypatch.setattr(effects, "entry_points", lambda group: entries)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: entries)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         catalogue = load_catalogue()

@@ -10,7 +10,8 @@ import pytest
 
 from friction_models import DataSet, LinearFriction, evaluate
 from friction_models.common import InputError
-from friction_models.models.load_uncertainty import load_uncertainty, loads_sentence
+from friction_models.models.load_uncertainty import load_uncertainty
+from friction_models.models.measures import loads_sentence
 from friction_models.training.evaluation import train
 
 

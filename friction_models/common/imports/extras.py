@@ -8,12 +8,7 @@ from ..errors import InputError
 
 
 def need(library: str, extra: str, what: str) -> None:
-    """Say that something needs a library of an extra.
-
-    Raises
-    ------
-    InputError
-        The library is not installed; the sentence names the extra.
+    """Raise InputError where a library of an extra that something needs is not installed; the sentence names the extra.
 
     Examples
     --------

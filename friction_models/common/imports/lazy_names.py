@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 
-def lazily(package: str, places: Mapping[str, Sequence[str]]) -> tuple[Callable[[str], Any], list[str]]:
-    """Return `__getattr__` and `__all__` of a package from the names that each of its modules holds.
+def lazily(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return `__getattr__`, `__dir__` and `__all__` of a package that imports its names in `file` under ``if TYPE_CHECKING``.
 
-    Names under ``"."`` are the modules themselves.
+    ``from .module import name as name`` there hands a name on, for type checkers and here: each name stands once.
+    ``from . import module as module`` hands on a module itself.
 
     Examples
     --------
-    >>> get, names = lazily("json", {".decoder": ["JSONDecoder"]})
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as place:
+    ...     file = Path(place) / "__init__.py"
+    ...     _ = file.write_text("if TYPE_CHECKING: from .decoder import JSONDecoder as JSONDecoder")
+    ...     get, _, names = lazily("json", str(file))
     >>> names, get("JSONDecoder").__name__
     (['JSONDecoder'], 'JSONDecoder')
     """
-    module_of = {name: module for module, names in places.items() for name in names}
+    blocks = [node for node in ast.parse(Path(file).read_bytes()).body if isinstance(node, ast.If)]
+    imports = [node for block in blocks for node in block.body if isinstance(node, ast.ImportFrom)]
+    module_of = {
+        alias.name: "." * node.level + (node.module or "")
+        for node in imports
+        for alias in node.names
+        if alias.asname == alias.name
+    }
 
     def get(name: str) -> Any:
         if name not in module_of:
@@ -27,4 +42,7 @@ def lazily(package: str, places: Mapping[str, Sequence[str]]) -> tuple[Callable[
             return importlib.import_module(f".{name}", package)
         return getattr(importlib.import_module(module_of[name], package), name)
 
-    return get, sorted(module_of)
+    def known() -> list[str]:
+        return sorted({*vars(sys.modules[package]), *module_of})
+
+    return get, known, sorted(module_of)

@@ -19,24 +19,12 @@ class NotReady(RuntimeError):
     """A child did not get ready; the message says how long was waited."""
 
 
-def run_timed(command: Sequence[str], limit: float, start_limit: float | None = None) -> int:
+def run_timed(command: Sequence[str], limit: float) -> int:
     """Run a child that calls `say_ready`; return its exit code, also where it ended before it was ready.
 
-    Parameters
-    ----------
-    limit : float
-        Longest time from then on [s].
-    start_limit : float, optional
-        Longest time until then [s]; `START_LIMIT`.
-
-    Raises
-    ------
-    TimeoutError
-        It was ready, and did not end in time; it is ended.
-    NotReady
-        It was not even ready in time; it is ended.
+    It is ended with NotReady where it is not ready within `START_LIMIT`, and with TimeoutError where it does not end within
+    `limit` seconds from then on.
     """
-    patience = START_LIMIT if start_limit is None else start_limit
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     ) as process:
@@ -45,9 +33,9 @@ def run_timed(command: Sequence[str], limit: float, start_limit: float | None = 
             # A pipe cannot be waited for with a limit on every system; a thread can.
             listener = threading.Thread(target=process.stdout.readline, daemon=True)
             listener.start()
-            listener.join(patience)
+            listener.join(START_LIMIT)
             if listener.is_alive():
-                raise NotReady(f"not ready after {patience:g} s")
+                raise NotReady(f"not ready after {START_LIMIT:g} s")
             return process.wait(limit)
         except subprocess.TimeoutExpired:
             raise TimeoutError(f"not at its end after {limit:g} s") from None

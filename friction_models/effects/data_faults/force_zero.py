@@ -13,12 +13,8 @@ class ForceZero(Effect):
     --------
     An offset of the force counts twice as much at half the pressure (s_0/100 added):
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, ForceZero
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> p = np.array([[490.0], [990.0]])
-    >>> L = LoadColumns(0 * p, 20 + 0 * p, p, 0 * p, 1 + 0 * p)
-    >>> ForceZero().basis(NumpyOps(), L, {"s_0": 1000.0}, EffectContext())[0].round(6).tolist()
+    >>> from friction_models.effects import ForceZero
+    >>> ForceZero(s_0=1000.0).at(sigma_n=[490, 990]).round(6).tolist()
     [[2.0], [1.0]]
     """
 

@@ -15,11 +15,8 @@ class SensorDrift(Effect):
 
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, SensorDrift
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> one = np.ones((2, 1))
-    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
     >>> tests = EffectContext(system={"order": np.array([[1.0], [50.0]])})
-    >>> SensorDrift().basis(NumpyOps(), L, {}, tests)[0].tolist()
+    >>> SensorDrift().at(tests).tolist()
     [[0.01], [0.5]]
     """
 

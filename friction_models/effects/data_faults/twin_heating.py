@@ -15,11 +15,8 @@ class TwinHeating(Effect):
 
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, TwinHeating
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> T = np.array([[20.0], [120.0]])
-    >>> L = LoadColumns(0 * T, T, 500 + 0 * T, 0 * T, 1 + 0 * T)
     >>> tool = EffectContext(system={"T_tool": np.array([[20.0]])})
-    >>> TwinHeating().basis(NumpyOps(), L, {}, tool)[0].tolist()
+    >>> TwinHeating().at(tool, T=[20, 120]).tolist()
     [[0.0], [1.0]]
     """
 

@@ -61,7 +61,6 @@ class RateState(Effect):
             1.0,
             follows="distance",
             span=(5.0, 0.2),
-            points=8,
         ),
         ShapeParameter(
             "age_0",

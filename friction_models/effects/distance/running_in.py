@@ -13,12 +13,8 @@ class RunningIn(Effect):
     --------
     What is left of `delta_r` at first and after 3 and 6 mm, with s_r = 3 mm: 1, 1/e, 1/e^2.
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, RunningIn
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> sd = np.array([[0.0], [3.0], [6.0]])
-    >>> L = LoadColumns(0 * sd, 20 + 0 * sd, 500 + 0 * sd, sd, 1 + 0 * sd)
-    >>> RunningIn().basis(NumpyOps(), L, {"s_r": 3.0}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import RunningIn
+    >>> RunningIn(s_r=3.0).at(sd=[0, 3, 6]).round(3).tolist()
     [[1.0], [0.368], [0.135]]
     """
 
@@ -34,15 +30,7 @@ class RunningIn(Effect):
     amplitudes = (Amplitude("delta_r", "1", "friction of the first contact above the run-in one", 0, 0.02),)
     shapes = (
         ShapeParameter(
-            "s_r",
-            "mm",
-            "running-in distance",
-            1e-6,
-            50.0,
-            3.0,
-            follows="distance",
-            span=(20.0, 0.27),
-            points=8,
+            "s_r", "mm", "running-in distance", 1e-6, 50.0, 3.0, follows="distance", span=(20.0, 0.27)
         ),
     )
 

@@ -13,12 +13,8 @@ class StaticPeak(Effect):
     --------
     What is left of `delta_0` at first, after s_0 and after ten times s_0:
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, StaticPeak
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> sd = np.array([[0.0], [0.5], [5.0]])
-    >>> L = LoadColumns(0 * sd, 20 + 0 * sd, 500 + 0 * sd, sd, 1 + 0 * sd)
-    >>> StaticPeak().basis(NumpyOps(), L, {"s_0": 0.5}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import StaticPeak
+    >>> StaticPeak(s_0=0.5).at(sd=[0, 0.5, 5]).round(3).tolist()
     [[1.0], [0.368], [0.0]]
     """
 

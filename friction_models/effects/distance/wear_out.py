@@ -13,12 +13,8 @@ class WearOut(Effect):
     --------
     The share of `delta_w` that acts at 0, at half of s_w and at s_w, with n = 2: 0, 1 - exp(-1/4), 1 - 1/e.
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, WearOut
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> sd = np.array([[0.0], [10.0], [20.0]])
-    >>> L = LoadColumns(0 * sd, 20 + 0 * sd, 500 + 0 * sd, sd, 1 + 0 * sd)
-    >>> WearOut().basis(NumpyOps(), L, {"s_w": 20.0, "n": 2.0}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import WearOut
+    >>> WearOut(s_w=20.0, n=2.0).at(sd=[0, 10, 20]).round(3).tolist()
     [[0.0], [0.221], [0.632]]
     """
 
@@ -34,7 +30,7 @@ class WearOut(Effect):
     amplitudes = (Amplitude("delta_w", "1", "friction of the worn film above the fresh one", 1, 0.04),)
     shapes = (
         ShapeParameter(
-            "s_w", "mm", "life of the film", 1e-6, 1e4, 35.0, follows="distance", span=(200.0, 2.0), points=8
+            "s_w", "mm", "life of the film", 1e-6, 1e4, 35.0, follows="distance", span=(200.0, 2.0)
         ),
         ShapeParameter("n", "1", "steepness", 1.5, 8.0, 3.0, values=(2.0, 4.0, 7.0)),
     )

@@ -26,8 +26,7 @@ class WorkExhaustion(Effect):
     >>> work = WorkExhaustion().advance(NumpyOps(), L, {}, fresh, dt=1.0)[0]
     >>> work.round(6).tolist()
     [[1.0]]
-    >>> used = EffectContext(state={"work": work})
-    >>> WorkExhaustion().basis(NumpyOps(), L, {"W_c": 1.0, "n": 3.0}, used)[0].round(3).tolist()
+    >>> WorkExhaustion(W_c=1.0, n=3.0).at(EffectContext(state={"work": work})).round(3).tolist()
     [[0.632]]
     """
 

@@ -17,8 +17,8 @@ from ..base import Parameters, ShapeParameter
 LEAST = 0.01
 #: Beyond this share of the tested range a wave keeps its value: the term has faded there.
 KEPT = 0.2
-#: Most waves over the tested range, and what a cosine that is a little longer than the range goes through.
-MOST_WAVES, MOST_TURNS = 12.0, 32
+#: What a cosine that is a little longer than the tested range goes through, with twelve waves over the range at most.
+MOST_TURNS = 32
 #: Largest values below this count as this.
 SMALL = 1e-6
 
@@ -28,21 +28,13 @@ STRAIGHT = ("line", "share")
 
 @dataclass(frozen=True)
 class Part:
-    """One curve of a term.
+    """One curve of a term."""
 
-    Attributes
-    ----------
-    form : str
-        One of `ALONE` or `IN_PRODUCTS`.
-    load : str
-        A load, or its logarithm, ``log_v_rel``.
-    way : {"", "*", "/", "+", "-"}
-    other : str
-        The second load of a product, quotient, sum or difference; empty without one.
-    """
-
+    #: One of `ALONE` or `IN_PRODUCTS`.
     form: str
+    #: A load, or its logarithm, ``log_v_rel``.
     load: str
+    #: Sign and second load of a product, quotient, sum or difference; both empty without one.
     way: str = ""
     other: str = ""
 
@@ -79,7 +71,7 @@ def centre(name: str, part: Part) -> ShapeParameter:
     load = load_of(part.load)
     q = QUANTITIES[load]
     unit, start = ("1", 0.3) if part.other else (q.unit, q.nominal)
-    return ShapeParameter(name, unit, f"place in {part.load}", 1e-9, 1e6, start, points=8)
+    return ShapeParameter(name, unit, f"place in {part.load}", 1e-9, 1e6, start)
 
 
 def wave(part: Part, ending: str = "") -> tuple[ShapeParameter, ShapeParameter]:

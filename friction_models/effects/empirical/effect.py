@@ -125,14 +125,11 @@ def empirical_effect(term: str) -> type[Empirical]:
     --------
     A bump in temperature, at its middle, at the edge of what was tested, and far beyond:
 
-    >>> from friction_models.effects import EffectContext, make_effect
-    >>> effect = make_effect("empirical:bump(T)")
+    >>> from friction_models.effects import empirical_effect
+    >>> effect = empirical_effect("bump(T)")(c=150.0, w=30.0, lo_T=20.0, hi_T=300.0)
     >>> effect.equation
     'mu += a fade(loads) [exp(-((T - c)/w)^2/2) - trend]'
-    >>> T = np.array([[150.0], [300.0], [400.0]])
-    >>> L = LoadColumns(0 * T, T, 0 * T, 0 * T, 1 + 0 * T)
-    >>> p = {"c": 150.0, "w": 30.0, "lo_T": 20.0, "hi_T": 300.0}
-    >>> effect.basis(NumpyOps(), L, p, EffectContext())[0].round(2).tolist()
+    >>> effect.at(T=[150, 300, 400]).round(2).tolist()
     [[0.74], [-0.21], [-0.0]]
     """
     made = parse_term(term)
@@ -168,17 +165,6 @@ def empirical_effect(term: str) -> type[Empirical]:
     return type("Empirical", (Empirical,), declared)
 
 
-def empirical_named(name: str) -> type[Empirical]:
-    """Return the effect ``empirical:TERM``.
-
-    Examples
-    --------
-    >>> empirical_named("empirical:bump(T)").driver
-    ('T',)
-    """
-    return empirical_effect(name.removeprefix(PREFIX))
-
-
 def numbered(effect: Effect, values: Mapping[str, float]) -> str:
     """Return the equation of an effect with numbers in the place of its parameters.
 
@@ -205,4 +191,4 @@ def _latex(term: Term) -> str:
 
 
 def _made(name: str, fixed: Mapping[str, float]) -> Empirical:
-    return empirical_named(name)(**fixed)
+    return empirical_effect(name.removeprefix(PREFIX))(**fixed)

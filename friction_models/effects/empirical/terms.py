@@ -47,13 +47,6 @@ _PART = re.compile(r"([a-z]+)\(([A-Za-z_]+)(?:([*/+-])([A-Za-z_]+))?\)")
 class Term:
     """A term of the grammar.
 
-    Attributes
-    ----------
-    parts : tuple of Part
-        One curve or two, which are multiplied.
-    sloping : bool
-        Whether the straight part stays in the term; otherwise it is left to the model.
-
     Examples
     --------
     >>> term = parse_term("threshold(T*sigma_n)")
@@ -65,7 +58,9 @@ class Term:
     'q = T/hi_T (sigma_n/hi_sigma_n)^k'
     """
 
+    #: One curve or two, which are multiplied.
     parts: tuple[Part, ...]
+    #: Whether the straight part stays in the term; otherwise it is left to the model.
     sloping: bool = False
 
     def __str__(self) -> str:
@@ -134,12 +129,7 @@ class Term:
 
 @cache
 def parse_term(text: str) -> Term:
-    """Return the term that a text describes.
-
-    Raises
-    ------
-    InputError
-        A text that is no term.
+    """Return the term that a text describes; raises InputError where it is none.
 
     Examples
     --------

@@ -22,12 +22,10 @@ class Batch(Effect):
     --------
     Three batches, of which number 1 deviates:
 
+    >>> import numpy as np
     >>> from friction_models.effects import Batch, EffectContext
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> one = np.ones((3, 1))
-    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
     >>> batches = EffectContext(system={"batch": np.array([[0.0], [1.0], [2.0]])})
-    >>> Batch().basis(NumpyOps(), L, {"deviating": 1.0}, batches)[0].tolist()
+    >>> Batch(deviating=1.0).at(batches).tolist()
     [[0.0], [1.0], [0.0]]
     """
 
@@ -43,14 +41,7 @@ class Batch(Effect):
     amplitudes = (Amplitude("c_b", "1", "friction of the deviating batch above the others", 0, 0.01),)
     shapes = (
         ShapeParameter(
-            "deviating",
-            "1",
-            "number of the deviating batch",
-            0.0,
-            1e6,
-            1.0,
-            follows="batch",
-            points=2,
+            "deviating", "1", "number of the deviating batch", 0.0, 1e6, 1.0, follows="batch", points=2
         ),
     )
     kind = "system"

@@ -105,17 +105,13 @@ def factor_effect(column: str) -> type[Factor]:
     --------
     Three operators, of whom number 1 deviates, and a humidity of 30 to 70 %:
 
-    >>> from friction_models.effects import EffectContext, make_effect
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> one = np.ones((3, 1))
-    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
+    >>> import numpy as np
+    >>> from friction_models.effects import EffectContext, factor_effect
     >>> operators = EffectContext(system={"operator": np.array([[0.0], [1.0], [2.0]])})
-    >>> shape = {"deviating": 1.0, "centre": 0.0, "scale": 0.0}
-    >>> make_effect("factor:operator").basis(NumpyOps(), L, shape, operators)[0].tolist()
+    >>> factor_effect("operator")(deviating=1.0).at(operators).tolist()
     [[0.0], [1.0], [0.0]]
     >>> days = EffectContext(system={"humidity": np.array([[30.0], [50.0], [70.0]])})
-    >>> shape = {"deviating": 0.0, "centre": 50.0, "scale": 20.0}
-    >>> make_effect("factor:humidity").basis(NumpyOps(), L, shape, days)[0].tolist()
+    >>> factor_effect("humidity")(centre=50.0, scale=20.0).at(days).tolist()
     [[-1.0], [0.0], [1.0]]
     """
     if not column.strip() or not column.isprintable() or column in POINT_COLUMNS:
@@ -173,28 +169,6 @@ def _declared(
             "amplitudes": tuple(Amplitude(f"c[{k}]", "1", f"offset of {k}", 0, 0.0) for k in labels),
         }
     return type("Factor", (Factor,), declared)
-
-
-def is_factor(name: str) -> bool:
-    """Return whether `name` is that of a factor, ``factor:COLUMN``.
-
-    Examples
-    --------
-    >>> is_factor("factor:operator"), is_factor("batch")
-    (True, False)
-    """
-    return name.startswith(PREFIX)
-
-
-def factor_named(name: str) -> type[Factor]:
-    """Return the effect ``factor:COLUMN``.
-
-    Examples
-    --------
-    >>> factor_named("factor:operator").driver
-    ('operator',)
-    """
-    return factor_effect(name.removeprefix(PREFIX))
 
 
 def _made(by: tuple[Any, ...], fixed: Mapping[str, float]) -> Factor:

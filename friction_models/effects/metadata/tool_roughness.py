@@ -13,11 +13,8 @@ class ToolRoughness(Effect):
     --------
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, ToolRoughness
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> one = np.ones((2, 1))
-    >>> L = LoadColumns(50 * one, 20 * one, 500 * one, 0 * one, one)
     >>> tools = EffectContext(system={"Ra": np.array([[0.25], [0.5]])})
-    >>> ToolRoughness().basis(NumpyOps(), L, {}, tools)[0].tolist()
+    >>> ToolRoughness().at(tools).tolist()
     [[0.25], [0.5]]
     """
 

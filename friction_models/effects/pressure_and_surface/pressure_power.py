@@ -13,12 +13,8 @@ class PressurePower(Effect):
     --------
     With q = 1 a tenth of the pressure (and s_0/100 more) means nearly ten times the friction, 1 / 0.11:
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, PressurePower
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> p = np.array([[100.0], [990.0]])
-    >>> L = LoadColumns(0 * p, 20 + 0 * p, p, 0 * p, 1 + 0 * p)
-    >>> PressurePower().basis(NumpyOps(), L, {"s_0": 1000.0, "q": 1.0}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import PressurePower
+    >>> PressurePower(s_0=1000.0, q=1.0).at(sigma_n=[100, 990]).round(3).tolist()
     [[9.091], [1.0]]
     """
 

@@ -16,12 +16,8 @@ class PressureSaturation(Effect):
     --------
     All of `delta_p` acts at low pressure, at s_c the share 1 - 1/e, far above it a friction stress of `delta_p` s_c:
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, PressureSaturation
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> p = np.array([[0.0], [800.0], [8000.0]])
-    >>> L = LoadColumns(0 * p, 20 + 0 * p, p, 0 * p, 1 + 0 * p)
-    >>> PressureSaturation().basis(NumpyOps(), L, {"s_c": 800.0, "n": 1.0}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import PressureSaturation
+    >>> PressureSaturation(s_c=800.0, n=1.0).at(sigma_n=[0, 800, 8000]).round(3).tolist()
     [[1.0], [0.632], [0.1]]
     """
 

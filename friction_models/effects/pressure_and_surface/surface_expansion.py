@@ -13,12 +13,8 @@ class SurfaceExpansion(Effect):
     --------
     Nothing of `delta_psi` acts on the old surface, 1 - 1/e where it has grown by psi_c, all of it later:
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, SurfaceExpansion
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> psi = np.array([[1.0], [1.5], [50.0]])
-    >>> L = LoadColumns(0 * psi, 20 + 0 * psi, 500 + 0 * psi, 0 * psi, psi)
-    >>> SurfaceExpansion().basis(NumpyOps(), L, {"psi_c": 0.5}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import SurfaceExpansion
+    >>> SurfaceExpansion(psi_c=0.5).at(psi=[1, 1.5, 50]).round(3).tolist()
     [[0.0], [0.632], [1.0]]
     """
 

@@ -17,13 +17,8 @@ class Hersey(Effect):
     --------
     Twice the speed under twice the pressure is the same; at H = h_0, 1/e is left:
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, Hersey
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> v = np.array([[0.0], [50.0], [100.0]])
-    >>> L = LoadColumns(v, 20 + 0 * v, np.array([[500.0], [500.0], [1000.0]]), 0 * v, 1 + 0 * v)
-    >>> p = {"h_0": 0.1, "beta": 0.0, "d": 1.0}
-    >>> Hersey().basis(NumpyOps(), L, p, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import Hersey
+    >>> Hersey(h_0=0.1, beta=0.0, d=1.0).at(v_rel=[0, 50, 100], sigma_n=[500, 500, 1000]).round(3).tolist()
     [[1.0], [0.368], [0.368]]
     """
 
@@ -44,15 +39,7 @@ class Hersey(Effect):
     amplitudes = (Amplitude("delta_h", "1", "friction without film above the full film", 1, 0.03),)
     shapes = (
         ShapeParameter(
-            "h_0",
-            "mm/s/MPa",
-            "number at which the film carries most",
-            1e-12,
-            1e9,
-            0.1,
-            follows="hersey",
-            span=(1.0, 1.0),
-            points=8,
+            "h_0", "mm/s/MPa", "number at which the film carries most", 1e-12, 1e9, 0.1, follows="hersey"
         ),
         ShapeParameter(
             "beta", "1/K", "decay of viscosity with temperature", 0.0, 0.1, 0.01, values=(0.0, 0.01, 0.03)

@@ -13,12 +13,8 @@ class RisingSpeed(Effect):
     --------
     With n = 0.5 and v_1 = 10 mm/s, at rest and at 30 mm/s: 0 and 2 (sqrt(4) - 1):
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, RisingSpeed
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> v = np.array([[0.0], [30.0]])
-    >>> L = LoadColumns(v, 20 + 0 * v, 500 + 0 * v, 0 * v, 1 + 0 * v)
-    >>> RisingSpeed().basis(NumpyOps(), L, {"v_1": 10.0, "n": 0.5}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import RisingSpeed
+    >>> RisingSpeed(v_1=10.0, n=0.5).at(v_rel=[0, 30]).round(3).tolist()
     [[0.0], [2.0]]
     """
 

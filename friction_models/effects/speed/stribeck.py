@@ -13,12 +13,8 @@ class Stribeck(Effect):
     --------
     What is left of `delta_s` at rest and at 20, 40 mm/s, with v_s = 20 mm/s: 1, 1/e, 1/e^2.
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, Stribeck
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> v = np.array([[0.0], [20.0], [40.0]])
-    >>> L = LoadColumns(v, 20 + 0 * v, 500 + 0 * v, 0 * v, 1 + 0 * v)
-    >>> Stribeck().basis(NumpyOps(), L, {"v_s": 20.0, "d": 1.0}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import Stribeck
+    >>> Stribeck(v_s=20.0, d=1.0).at(v_rel=[0, 20, 40]).round(3).tolist()
     [[1.0], [0.368], [0.135]]
     """
 

@@ -18,13 +18,9 @@ class Viscous(Effect):
     --------
     Without pressure and temperature (m = 0, beta = 0) and with q = 1 the share is the speed over v_0:
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, Viscous
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> v = np.array([[0.0], [50.0], [100.0]])
-    >>> L = LoadColumns(v, 20 + 0 * v, 500 + 0 * v, 0 * v, 1 + 0 * v)
-    >>> p = {"v_0": 100.0, "s_0": 1000.0, "beta": 0.0, "q": 1.0, "m": 0.0}
-    >>> Viscous().basis(NumpyOps(), L, p, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import Viscous
+    >>> effect = Viscous(v_0=100.0, s_0=1000.0, beta=0.0, q=1.0, m=0.0)
+    >>> effect.at(v_rel=[0, 50, 100]).round(3).tolist()
     [[0.0], [0.5], [1.0]]
     """
 
@@ -45,9 +41,7 @@ class Viscous(Effect):
     needs = ("v_rel",)
     amplitudes = (Amplitude("k_v", "1", "viscous friction at v_0, s_0 and 20 degC", 1, 0.02),)
     shapes = (
-        ShapeParameter(
-            "v_0", "mm/s", "reference speed", 1e-9, 1e5, 500.0, follows="v_rel", span=(1.0, 1.0), points=1
-        ),
+        ShapeParameter("v_0", "mm/s", "reference speed", 1e-9, 1e5, 500.0, follows="v_rel", points=1),
         ShapeParameter("s_0", "MPa", "reference pressure", 1e-9, 1e5, 1000.0, follows="sigma_n", points=1),
         ShapeParameter(
             "beta",

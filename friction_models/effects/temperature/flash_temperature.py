@@ -18,11 +18,8 @@ class FlashTemperature(Effect):
 
     >>> import numpy as np
     >>> from friction_models.effects import EffectContext, FlashTemperature
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> one = np.ones((1, 1))
-    >>> L = LoadColumns(100 * one, 20 * one, 500 * one, 0 * one, one)
-    >>> context = EffectContext(mu=0.1 * one)
-    >>> FlashTemperature().basis(NumpyOps(), L, {"q_c": 500.0, "n": 2.0}, context)[0].round(3).tolist()
+    >>> context = EffectContext(mu=np.array([[0.1]]))
+    >>> FlashTemperature(q_c=500.0, n=2.0).at(context, v_rel=100, sigma_n=500).round(3).tolist()
     [[0.5]]
     """
 
@@ -49,7 +46,6 @@ class FlashTemperature(Effect):
             500.0,
             follows="flash",
             span=(0.5, 1.0),
-            points=8,
         ),
         ShapeParameter("n", "1", "steepness", 0.5, 6.0, 1.0, values=(1.0, 2.0, 4.0)),
     )

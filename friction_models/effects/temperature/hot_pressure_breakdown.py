@@ -16,12 +16,9 @@ class HotPressureBreakdown(Effect):
     A film that bears 1000 MPa at 20 degC and half as much at 120 degC; half of `delta_k` acts at either limit:
 
     >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, HotPressureBreakdown
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> T, sigma = np.array([[20.0], [120.0], [20.0]]), np.array([[1000.0], [500.0], [400.0]])
-    >>> L = LoadColumns(0 * T, T, sigma, 0 * T, 1 + 0 * T)
-    >>> p = {"s_k": 1000.0, "gamma": np.log(2.0) / 100.0, "w": 0.1}
-    >>> HotPressureBreakdown().basis(NumpyOps(), L, p, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import HotPressureBreakdown
+    >>> effect = HotPressureBreakdown(s_k=1000.0, gamma=np.log(2.0) / 100.0, w=0.1)
+    >>> effect.at(T=[20, 120, 20], sigma_n=[1000, 500, 400]).round(3).tolist()
     [[0.5], [0.5], [0.002]]
     """
 
@@ -46,7 +43,6 @@ class HotPressureBreakdown(Effect):
             2000.0,
             follows="sigma_n_hot",
             span=(2.0, 1.0),
-            points=8,
         ),
         ShapeParameter(
             "gamma",

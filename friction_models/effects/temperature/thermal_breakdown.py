@@ -13,12 +13,8 @@ class ThermalBreakdown(Effect):
     --------
     Half of `delta_b` acts at the breakdown temperature, next to nothing far below it:
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, ThermalBreakdown
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> T = np.array([[50.0], [250.0], [450.0]])
-    >>> L = LoadColumns(0 * T, T, 500 + 0 * T, 0 * T, 1 + 0 * T)
-    >>> ThermalBreakdown().basis(NumpyOps(), L, {"T_b": 250.0, "w": 20.0}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import ThermalBreakdown
+    >>> ThermalBreakdown(T_b=250.0, w=20.0).at(T=[50, 250, 450]).round(3).tolist()
     [[0.0], [0.5], [1.0]]
     """
 

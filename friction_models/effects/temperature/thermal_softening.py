@@ -15,12 +15,8 @@ class ThermalSoftening(Effect):
     --------
     What is left of `delta_T` at 20, 70 and 120 degC, with T_s = 50 K: 1, 1/e, 1/e^2.
 
-    >>> import numpy as np
-    >>> from friction_models.effects import EffectContext, ThermalSoftening
-    >>> from friction_models.expressions.ops import NumpyOps
-    >>> T = np.array([[20.0], [70.0], [120.0]])
-    >>> L = LoadColumns(0 * T, T, 500 + 0 * T, 0 * T, 1 + 0 * T)
-    >>> ThermalSoftening().basis(NumpyOps(), L, {"T_s": 50.0, "n": 1.0}, EffectContext())[0].round(3).tolist()
+    >>> from friction_models.effects import ThermalSoftening
+    >>> ThermalSoftening(T_s=50.0, n=1.0).at(T=[20, 70, 120]).round(3).tolist()
     [[1.0], [0.368], [0.135]]
     """
 

@@ -155,9 +155,11 @@ def given_names(models: Sequence[str], names: Path | None) -> GivenNames:
 
 def any_model(name: str, names: GivenNames | None = None) -> Any:
     """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a card, a number (constant mu) or a family."""
-    from friction_models.cards import is_card, load_card
+    from friction_models.cards import is_card
 
     if is_card(name):
+        from friction_models.cards import load_card
+
         return load_card(name).model()
     path = Path(name)
     if path.suffix == ".fmu":

@@ -114,6 +114,16 @@ def test_help_loads_nothing_heavy() -> None:
     assert all(command in done.stdout for command in COMMANDS)
 
 
+def test_what_runs_fmus_loads_neither_pandas_nor_scikit_learn() -> None:
+    code = (
+        "import sys, fmus.checks.trial, fmus.runtime.foreign_friction, fmus.targets.packing, orchestrator.cosim.master;"
+        "import friction_models.models.onnx_model;"
+        "print(sorted({'pandas', 'sklearn', 'scipy', 'xarray'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 def test_letters_that_the_console_lacks_end_no_command(tmp_path: Path) -> None:
     (tmp_path / "tests.csv").write_text("test_id,operator\nt1,M\u00fcller\n", encoding="utf-8")
     done = subprocess.run(

@@ -6,7 +6,10 @@ from typing import Any
 
 from ..common import InputError
 from ..common.errors import shown
-from ..models.measures import JUDGED, are_intervals, is_number
+from ..common.ranges import is_number
+
+#: By these errors an addition to a model is judged.
+JUDGED = ("rmse", "mae")
 
 
 def checked_round(entry: Any) -> dict[str, Any]:
@@ -33,6 +36,28 @@ def checked_round(entry: Any) -> dict[str, Any]:
             "before and after, with or without their intervals"
         )
     return dict(entry)
+
+
+def are_intervals(found: object) -> bool:
+    """Whether these are the intervals of a round; those of older files are empty.
+
+    Examples
+    --------
+    >>> known, unknown = {"rmse": [0.004, 0.006], "mae": [0.003, 0.005]}, {"rmse": None, "mae": None}
+    >>> are_intervals({"before": known, "after": known, "fall": unknown}), are_intervals({}), are_intervals({"after": 3})
+    (True, True, False)
+    """
+    return found == {} or (
+        isinstance(found, dict)
+        and all(
+            isinstance(part := found.get(when), dict) and all(_is_interval(part.get(n)) for n in JUDGED)
+            for when in ("before", "after", "fall")
+        )
+    )
+
+
+def _is_interval(found: object) -> bool:
+    return found is None or (isinstance(found, list) and len(found) == 2 and all(map(is_number, found)))
 
 
 def _are_texts(values: Any) -> bool:
