@@ -120,25 +120,21 @@ class RunningFmu(LoadedFmu):
 
     def derivative(self, unknowns: Sequence[str], knowns: Sequence[str], seed: FloatArray) -> FloatArray:
         """Return the directional derivatives of `unknowns` along `seed`, one number a value of `knowns`."""
-        return self._derivatives("GetDirectionalDerivative", unknowns, knowns, seed, unknowns)
+        count = sum(len(self.fmu.resolve(n)) for n in unknowns)
+        return self._derivatives("GetDirectionalDerivative", unknowns, knowns, seed, count)
 
     def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: FloatArray) -> FloatArray:
         """Return the adjoint derivatives (FMI 3.0) for `seed`, one number a value of `unknowns`."""
-        return self._derivatives("GetAdjointDerivative", unknowns, knowns, seed, knowns)
+        count = sum(len(self.fmu.resolve(n)) for n in knowns)
+        return self._derivatives("GetAdjointDerivative", unknowns, knowns, seed, count)
 
     def _derivatives(
-        self,
-        function: str,
-        unknowns: Sequence[str],
-        knowns: Sequence[str],
-        seed: FloatArray,
-        found: Sequence[str],
+        self, function: str, unknowns: Sequence[str], knowns: Sequence[str], seed: FloatArray, count: int
     ) -> FloatArray:
         of, by = (
             [r for n in names for r in dict.fromkeys(v.reference for v in self.fmu.resolve(n))]
             for names in (unknowns, knowns)
         )
-        count = sum(len(self.fmu.resolve(n)) for n in found)
         with self._doing(""):
             return np.array(self.slave.derivatives(function, of, by, np.ravel(seed).tolist(), count))
 

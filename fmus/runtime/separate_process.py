@@ -42,7 +42,7 @@ _SIGNALS = {
     "SIGKILL": "it was killed, most often for want of memory",
 }
 #: What the server imports once, so that the processes start at once; a name, as not all of it may be imported here.
-_PRELOADED = ["fmus.runtime.fixed_friction", "fmus.runtime.isolated"]
+_PRELOADED = ["fmus.runtime.evaluation", "fmus.runtime.isolated"]
 
 
 class Died(RuntimeError):

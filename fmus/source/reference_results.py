@@ -103,15 +103,7 @@ def tried(source: FrictionSource, interface: FrictionInterface, loads: FloatArra
 
 
 def stimuli(interface: FrictionInterface, points: int) -> FloatArray:
-    """Return loads of shape (`ROWS`, points, 5): inside the domain, one row outside of it, one without contact.
-
-    Examples
-    --------
-    >>> from fmus.interface.quantities import FrictionInterface
-    >>> loads = stimuli(FrictionInterface(nodes=2), points=2)
-    >>> loads.shape == (ROWS, 2, 5)
-    True
-    """
+    """Return loads of shape (`ROWS`, points, 5): inside the domain, one row outside of it, one without contact."""
     box = np.array([interface.domain.get(q.name, USUAL[q.name]) for q in LOADS])
     lower, upper = box[:, 0], box[:, 1]
     rng = np.random.default_rng(1)
@@ -129,16 +121,6 @@ def reference_run(
 
     Return `mu` (its bounds, where the FMU has them), `domain_distance` and the states of shape (rows, points), `in_domain` of
     shape (rows, 1).
-
-    Examples
-    --------
-    >>> from fmus.source.reading import read_source
-    >>> from friction_models import ConstantFriction
-    >>> source = read_source(ConstantFriction(mu=0.1))
-    >>> interface = source.interface(nodes=1)
-    >>> found = reference_run(source, interface, stimuli(interface, 1))
-    >>> found["mu"].shape == (ROWS, 1)
-    True
     """
     session = _session(source.onnx)
     inputs, outputs = [i.name for i in session.get_inputs()], [o.name for o in session.get_outputs()]
