@@ -134,7 +134,7 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
     made = chart.dress(380, across, up, dragmode="select", selectdirection="any")
     if not chart.legend:
         made = with_fixed_margins(made, right=96 if color else 14)
-    return as_read("cloud", made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
+    return as_read(made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
 
 
 def _parts(frame: pd.DataFrame, color: str) -> list[tuple[np.ndarray, str, dict[str, Any]]]:
