@@ -51,7 +51,6 @@ class Answer:
             return cls()
         content = read_json(file)
         named = effect_names(content.get("effects"))
-        floor = _object(content.get("noise_floor")).get("total")
         rivals = [e for e in effect_names(content.get("confusion_set")) if e not in named]
         ranking = effect_names([r.get("effect") for r in _objects(content.get("ranking"))])
         return cls(
@@ -59,9 +58,16 @@ class Answer:
             rivals,
             ranking,
             [offer for o in _objects(content.get("formulas")) if (offer := _offer(o)).effects],
-            floor if isinstance(floor, float) and math.isfinite(floor) else None,
+            noise_floor(content),
             {effect: _in_words(effect) for effect in (*rivals, *ranking[:_TOLD])},
         )
+
+
+def noise_floor(content: Mapping[str, object]) -> float | None:
+    """Return the noise floor by the JSON of a diagnosis, RMS in mu; None where it states none."""
+    found = content.get("noise_floor")
+    floor = found.get("total") if isinstance(found, dict) else None
+    return floor if isinstance(floor, float) and math.isfinite(floor) else None
 
 
 def _in_words(effect: str) -> str:
@@ -95,10 +101,6 @@ def _offer(entry: dict[str, object]) -> Offer:
         low, high = (f"{100 * v:.0f}" if isinstance(v, int | float) else "?" for v in interval)
         removes = f"It removes {100 * share:.0f} % [{low} to {high} %] of the error that can be avoided."
     return Offer(effect_names(entry.get("add")), shown(entry.get("equation", ""), 300), removes)
-
-
-def _object(found: object) -> dict[str, object]:
-    return found if isinstance(found, dict) else {}
 
 
 def _objects(found: object) -> list[dict[str, object]]:

@@ -9,11 +9,12 @@ from typing import Any, TypeVar
 
 from friction_models.common import InputError
 from friction_models.common.errors import shown
+from friction_models.common.files import read_json
 from friction_models.loads.contract import with_unit
 
 from ..report.pages.story import Chapter, Loop, Measurements, Packed, ProjectStory
 from ..report.reading import read_page
-from .answer import Answer, rounds_of
+from .answer import noise_floor, rounds_of
 from .commands import short
 from .commands.fmus import last_check
 from .commands.models import diagnosis_files
@@ -114,7 +115,7 @@ class _Teller:
 
     def _floor(self, story: Story) -> float | None:
         try:
-            return Answer.read(self.project.inside(diagnosis_files(story.data, story.model)[0])).floor
+            return noise_floor(read_json(self.project.inside(diagnosis_files(story.data, story.model)[0])))
         except InputError:
             return None
 

@@ -7,7 +7,7 @@ their text is escaped again, figures are parsed as JSON, and everything else is 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -34,7 +34,6 @@ _ATTRIBUTES = {"class", "scope"}
 class ReadFigure:
     """A figure as plotly takes it: ``data`` and ``layout``; `caption` is HTML, `description` plain text."""
 
-    name: str
     data: list[Any]
     layout: dict[str, Any]
     caption: str
@@ -53,10 +52,9 @@ class ReadSection:
     heading: str
     parts: list[Part] = field(default_factory=list)
 
-    def figure(self, name: str = "") -> ReadFigure | None:
-        """Return the figure of that name, or the first one."""
-        found = (p for p in self.parts if isinstance(p, ReadFigure) and name in ("", p.name))
-        return next(found, None)
+    def figure(self) -> ReadFigure | None:
+        """Return the first figure."""
+        return next((p for p in self.parts if isinstance(p, ReadFigure)), None)
 
 
 @dataclass
@@ -112,7 +110,7 @@ class _Begun:
 
     description: str = ""
     caption: str = ""
-    drawn: ReadFigure | None = None
+    drawn: tuple[list[Any], dict[str, Any]] | None = None
 
 
 class _Reader(HTMLParser):
@@ -218,7 +216,7 @@ class _Reader(HTMLParser):
         figure, self._figure = self._figure, None
         if figure is None or figure.drawn is None or not self.page.sections:
             return
-        whole = replace(figure.drawn, caption=figure.caption, description=figure.description)
+        whole = ReadFigure(*figure.drawn, figure.caption, figure.description)
         self.page.sections[-1].parts.append(whole)
 
     def flush(self) -> None:
@@ -232,8 +230,8 @@ class _Reader(HTMLParser):
             self.page.sections[-1].parts.append(text)
 
 
-def _drawn(script: str) -> ReadFigure | None:
-    """Return the figure of the call that draws a chart, without words; None where it is none of ours."""
+def _drawn(script: str) -> tuple[list[Any], dict[str, Any]] | None:
+    """Return data and layout of the call that draws a chart; None where it is none of ours."""
     at = script.find(_CALL)
     if at < 0:
         return None
@@ -250,4 +248,4 @@ def _drawn(script: str) -> ReadFigure | None:
     name, data, layout = found
     if not (isinstance(name, str) and isinstance(data, list) and isinstance(layout, dict)):
         return None
-    return ReadFigure(name.removeprefix("chart-"), data, layout, "", "")
+    return data, layout

@@ -87,21 +87,16 @@ class PackOptions:
         return "".join(f"-{part}" for part in parts if part)
 
 
-def fmu_file(model: str, options: PackOptions) -> str:
-    """Return where the FMU of a model is kept.
+def pack(model: str, options: PackOptions) -> Command:
+    """Pack a model as an FMU.
 
     Examples
     --------
-    >>> fmu_file("models/linear", PackOptions()), fmu_file("models/linear", PackOptions("3.0", 80))
-    ('fmus/linear.fmu', 'fmus/linear-fmi3-80.fmu')
+    >>> pack("models/linear", PackOptions("3.0", 80)).line
+    'tribofmu pack models/linear --fmi 3.0 --nodes 80 -o fmus/linear-fmi3-80.fmu'
     """
-    return f"fmus/{short(model)}{options.suffix}.{'ssp' if options.ssp else 'fmu'}"
-
-
-def pack(model: str, options: PackOptions) -> Command:
-    """Pack a model as an FMU."""
-    arguments = ("pack", model, *options.arguments, "-o", fmu_file(model, options))
-    return Command(f"Pack {short(model)} as an FMU", arguments)
+    file = f"fmus/{short(model)}{options.suffix}.{'ssp' if options.ssp else 'fmu'}"
+    return Command(f"Pack {short(model)} as an FMU", ("pack", model, *options.arguments, "-o", file))
 
 
 def last_check(lines: Sequence[Mapping[str, object]], fmu: str) -> tuple[str, str]:

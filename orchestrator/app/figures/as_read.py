@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from ...report.parts.chart import Chart
 
 
-def as_read(name: str, chart: Chart, caption: str, description: str) -> ReadFigure:
+def as_read(chart: Chart, caption: str, description: str) -> ReadFigure:
     """Return a chart as one that was read from a report; arrays become typed ones, as in a report."""
     content = json.loads(chart.figure.to_json())
-    return ReadFigure(name, content["data"], content["layout"], caption, description)
+    return ReadFigure(content["data"], content["layout"], caption, description)
 
 
 def with_fixed_margins(chart: Chart, left: int = 76, right: int = 14) -> Chart:

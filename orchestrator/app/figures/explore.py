@@ -42,15 +42,16 @@ class Sample:
     tests: list[str]
 
 
-def sample(dataset: DataSet, chosen: str = "", most: int = MOST) -> Sample:
+def sample(dataset: DataSet, chosen: str = "") -> Sample:
     """Return points of a data set, the same share of every test; `chosen`: part of the names of the tests.
 
     Examples
     --------
-    >>> points = pd.DataFrame({"test_id": ["a"] * 900 + ["b"] * 100, "sd": np.arange(1000.0), "mu": 0.1})
-    >>> found = sample(DataSet(points), most=100)
-    >>> len(found.frame), found.whole, found.frame["test_id"].value_counts().to_dict()
-    (100, 1000, {'a': 90, 'b': 10})
+    >>> points = pd.DataFrame({"test_id": ["a"] * 9000 + ["b"] * 1000, "sd": np.arange(10_000.0), "mu": 0.1})
+    >>> found = sample(DataSet(points))
+    >>> drawn = found.frame["test_id"].value_counts()
+    >>> len(found.frame) <= MOST, found.whole, round(drawn["a"] / drawn["b"])
+    (True, 10000, 9)
     """
     points = dataset.points
     if chosen:
@@ -60,12 +61,12 @@ def sample(dataset: DataSet, chosen: str = "", most: int = MOST) -> Sample:
     whole = len(points)
     numbers, tests = pd.factorize(points["test_id"])
     codes: np.ndarray = np.asarray(numbers, dtype=np.int32)
-    if whole > most:
+    if whole > MOST:
         begins = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
         ends = np.r_[begins[1:], whole]
         draw = np.random.default_rng(0)
         rows = [
-            b + _spread(e - b, max(2, round((e - b) * most / whole)), draw)
+            b + _spread(e - b, max(2, round((e - b) * MOST / whole)), draw)
             for b, e in zip(begins, ends, strict=True)
         ]
         points = points.iloc[np.concatenate(rows)]
@@ -133,7 +134,7 @@ def cloud(found: Sample, x: str, y: str, color: str, lines: bool = False, plan: 
     made = chart.dress(380, across, up, dragmode="select", selectdirection="any")
     if not chart.legend:
         made = with_fixed_margins(made, right=96 if color else 14)
-    return as_read("cloud", made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
+    return as_read(made, "", f"{y} over {x}, coloured by {color or 'nothing'}.")
 
 
 def _parts(frame: pd.DataFrame, color: str) -> list[tuple[np.ndarray, str, dict[str, Any]]]:

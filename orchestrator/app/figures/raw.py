@@ -120,7 +120,7 @@ def columns_figure(
     if len(form.columns) > len(shown) + 1:
         caption += " Columns of text are not drawn."
     drawn = with_fixed_margins(chart, left=50)
-    return as_read("columns", drawn, escape(caption), "Every column of the first file over time.")
+    return as_read(drawn, escape(caption), "Every column of the first file over time.")
 
 
 def _size(points: int, least: int) -> int:
@@ -191,7 +191,7 @@ def loads_figure(points: Any) -> ReadFigure | None:
         chart.axes(at, x=label(name))
     chart.dress(215 * chart.rows + 40, y="mu")
     caption = f"{len(points)} points of {points['test_id'].nunique()} tests{_thinned(len(points))}."
-    return as_read("mu", with_fixed_margins(chart), caption, "Friction over each load.")
+    return as_read(with_fixed_margins(chart), caption, "Friction over each load.")
 
 
 def _thinned(points: int) -> str:

@@ -132,7 +132,7 @@ def over_loads(frame: pd.DataFrame, models: Sequence[str]) -> ReadFigure:
         chart.axes(panel, x=with_unit(name))
     chart.dress(260 * chart.rows + 60, y="measured &#8722; model (mu)")
     caption = "Mean of measured minus predicted mu in bins of each load; bars are 95 % intervals, which count whole tests."
-    return as_read("residuals", chart, caption, "Residual of each model over each load.")
+    return as_read(chart, caption, "Residual of each model over each load.")
 
 
 def cell_map(found: Sequence[Cell], first: str, second: str) -> ReadFigure:
@@ -167,7 +167,7 @@ def cell_map(found: Sequence[Cell], first: str, second: str) -> ReadFigure:
         "Mean of measured minus predicted mu with its 95 % interval over tests: orange, the model is too low; blue, it is too "
         "high. Press a cell to open its tests."
     )
-    return as_read("map", chart, caption, f"Residual over {first} and {second}; the table below holds the same numbers.")  # fmt: skip
+    return as_read(chart, caption, f"Residual over {first} and {second}; the table below holds the same numbers.")  # fmt: skip
 
 
 def curves(frame: pd.DataFrame, test: str, models: Sequence[str]) -> ReadFigure:
@@ -184,4 +184,4 @@ def curves(frame: pd.DataFrame, test: str, models: Sequence[str]) -> ReadFigure:
         chart.scatter(0, along, part[f"{OF}{model}"], escape(model), said, mode="lines" if len(part) > 1 else "markers", line=styles[model])  # fmt: skip
     chart.dress(330, x=with_unit("sd") if slid else "number of the point", y="mu")
     loads = ", ".join(f"{with_unit(n)} {between((float(part[n].min()), float(part[n].max())))}" for n in LOAD_NAMES if n in part.columns)  # fmt: skip
-    return as_read("curve", chart, f"Test {escape(test)}: {escape(loads)}.", f"mu of test {test}.")
+    return as_read(chart, f"Test {escape(test)}: {escape(loads)}.", f"mu of test {test}.")

@@ -229,7 +229,6 @@ def _staircase(view: View, model: str, answer: Answer) -> Any:
     chart = rounds_chart(history, answer.floor)
     by = ", ".join(dict.fromkeys(str(entry["judged_by"]) for entry in history))
     return as_read(
-        "rounds",
         chart,
         f"RMS error of mu on tests that the fit did not see ({by}), after each round; bars: 95 % intervals over tests.",
         "Error after each round, falling as a staircase.",

@@ -53,7 +53,7 @@ def told(view: View) -> Iterator[None]:
 
 
 def asked_data(view: View, page: str, fewest: int = 1) -> str:
-    """Return the data set that the address of a page names, or the one in hand; it can be chosen where there are so many."""
+    """Return the data set that the address of a page names, or the one in hand; `fewest`: of so many one can be chosen there."""
     sets, asked, data = view.data_sets(), view.query.get("data", ""), view.story().data
     if asked in sets:
         data = asked

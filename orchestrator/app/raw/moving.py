@@ -26,17 +26,6 @@ def aside(project: Project, name: str) -> str:
     return f"{ASIDE}/{free_name(project, ASIDE, name)}"
 
 
-def line(source: str, target: str) -> str:
-    """Return the line of a shell that does the same in the project folder.
-
-    Examples
-    --------
-    >>> line("raw/oil", "raw/motor-oil")
-    'mv raw/oil raw/motor-oil'
-    """
-    return shlex.join(["mv", source, target])
-
-
 def own_set(project: Project, file: str) -> str:
     """Move a file of a set into a set of its own, write it into the history, and return the name of the set.
 
@@ -49,7 +38,8 @@ def own_set(project: Project, file: str) -> str:
     folder, target = f"{RAW}/{name}", f"{RAW}/{name}/{path.name}"
     project.inside(folder).mkdir()
     path.rename(project.inside(target))
-    command = f"{shlex.join(['mkdir', folder])} && {line(file, target)}"
+    # What one types in the project folder to do the same.
+    command = f"{shlex.join(['mkdir', folder])} && {shlex.join(['mv', file, target])}"
     history.add(project.root / HISTORY, history.MOVED, command=command)
     return name
 
@@ -85,4 +75,4 @@ def move(project: Project, source: str, target: str) -> None:
         raise InputError(f"{target}: is there already; allowed: another name")
     new.parent.mkdir(exist_ok=True)
     folder.rename(new)
-    history.add(project.root / HISTORY, history.MOVED, command=line(source, target))
+    history.add(project.root / HISTORY, history.MOVED, command=shlex.join(["mv", source, target]))

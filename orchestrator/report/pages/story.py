@@ -49,7 +49,7 @@ class Packed:
 
 @dataclass(frozen=True)
 class Loop:
-    """The additions to a model on the data set of the name `data`."""
+    """The additions to a model on the data set that is called `data`."""
 
     data: str
     #: Errors before and after each addition, as the card of the last model holds them.

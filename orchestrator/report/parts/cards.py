@@ -18,18 +18,18 @@ INTERVALS = (
 )
 
 
-def with_interval(value: float, interval: Interval, decimals: int = 4, sign: str = "") -> str:
+def with_interval(value: float, interval: Interval, sign: str = "") -> str:
     """Return a number with its 95 % interval in brackets, as all pages have it; alone where that is not known.
 
     Examples
     --------
-    >>> with_interval(0.005, (0.004, 0.0061)), with_interval(0.005, None), with_interval(0.01, (-0.02, 0.04), 2, "+")
-    ('0.0050 [0.0040, 0.0061]', '0.0050', '+0.01 [-0.02, +0.04]')
+    >>> with_interval(0.005, (0.004, 0.0061)), with_interval(0.005, None), with_interval(0.01, (-0.02, 0.04), "+")
+    ('0.0050 [0.0040, 0.0061]', '0.0050', '+0.0100 [-0.0200, +0.0400]')
     """
-    text = f"{value:{sign}.{decimals}f}"
+    text = f"{value:{sign}.4f}"
     if interval is None or math.isnan(interval[0]):
         return text
-    return f"{text} [{', '.join(f'{edge:{sign}.{decimals}f}' for edge in interval)}]"
+    return f"{text} [{', '.join(f'{edge:{sign}.4f}' for edge in interval)}]"
 
 
 def chance(clear: bool | None) -> str:

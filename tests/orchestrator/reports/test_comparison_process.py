@@ -12,7 +12,7 @@ import pytest
 from forming import Upsetting
 from orchestrator import Run
 from orchestrator.cli.main import run
-from orchestrator.report.reading import ReadFigure, read_page
+from orchestrator.report.reading import read_page
 
 #: Parameters of a run that takes half a second.
 COARSE = {"height": 10.0, "mesh_size": 1.0, "n_points": 12}
@@ -54,8 +54,9 @@ def test_the_runs_are_those_of_the_solver_alone(place: Path) -> None:
 
 
 def test_the_slider_shows_the_loads_of_the_runs_along_the_surface(place: Path) -> None:
-    page = read_page(place / "page.html")
-    figure = next(f for s in page.sections for f in s.parts if isinstance(f, ReadFigure) and f.name == "run-contact")  # fmt: skip
+    contact = read_page(place / "page.html").section("run-contact")
+    figure = contact.figure() if contact is not None else None
+    assert figure is not None
     (slider,) = figure.layout["sliders"]
     folders = json.loads((place / "runs/upsetting-speed-20-T_tool-50/runs.json").read_text())
     kept = Run.load(place / "runs/upsetting-speed-20-T_tool-50" / folders["0.12"])

@@ -73,11 +73,11 @@ def test_a_page_comes_back_whole(tmp_path: Path) -> None:
     ]
     figure, rows = found.sections[0].parts
     assert isinstance(figure, ReadFigure) and isinstance(rows, str)
-    assert (figure.name, figure.description, figure.caption) == ("errors", BAD, "mu &lt; 0.1")
+    assert (figure.description, figure.caption) == (BAD, "mu &lt; 0.1")
     assert figure.layout["height"] == 222
     assert [trace["name"] for trace in figure.data] == [BAD]
     assert figure.data[0]["x"] == {"dtype": "f8", "bdata": "AAAAAAAAAAAAAAAAAADwPw=="}
-    assert found.sections[0].figure("errors") is figure and found.sections[0].figure("none") is None
+    assert found.sections[0].figure() is figure and found.sections[1].figure() is None
     assert Elements(rows).text.replace("\n", "") == f"{BAD}n{BAD}1"
 
 
