@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import TypedDict
+from typing import Any
 
 import fmus
 from fmus.runtime.fmu_files import describe
@@ -25,14 +25,6 @@ _HELP = (
     "for an FMU with other variables --names FILE.yaml says which takes which load, and in the system each_point: true "
     "lets one for a single point run once a point"
 )
-
-
-class _Size(TypedDict, total=False):
-    """How many points a friction FMU has: options of `fmus.pack`."""
-
-    fmi: str
-    arrays: bool
-    nodes: int
 
 
 def swap_model(
@@ -75,7 +67,7 @@ def friction_fmu(model: str, target: Path, nodes: int | None = None) -> Path:
         ...
     friction_models.common.errors.InputError: no-such.fmu: no such FMU
     """
-    size: _Size = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
+    size: dict[str, Any] = {"fmi": "3.0", "arrays": True} if nodes is None else {"nodes": nodes}
     if is_card(model):
         return fmus.pack(model, target, **size)
     if Path(model).suffix == ".fmu":
