@@ -51,11 +51,7 @@ def _needed(f: Field[Any]) -> bool:
 def load(source: str | os.PathLike[str]) -> Material:
     """Return a material by the name of a shipped file (``"16MnCr5"``, ``"1.2379"``) or the path of a YAML file.
 
-    Raises
-    ------
-    InputError
-        No such material or file, or a file that cannot be used; the message names key, value and what is
-        allowed.
+    Raises InputError: no such material or file, or a file that cannot be used; names key, value and what is allowed.
 
     Examples
     --------

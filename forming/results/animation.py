@@ -30,11 +30,9 @@ def animation(
 ) -> str:
     """Return the HTML of an animation with a slider and a choice of fields; its data take at most `largest` bytes.
 
-    Raises InputError: no snapshots, or an unknown field.
+    It opens with `field` at `stroke` [mm], by default at the end. `force`: stroke [mm] and force [kN], drawn beside it.
 
-    - `field`: field shown first.
-    - `stroke`: where it stands at first [mm]; by default at the end.
-    - `force`: stroke [mm] and force [kN], drawn beside it.
+    Raises InputError: no snapshots, or an unknown field.
     """
     history.at(stroke)
     low_high = {name: history.extremes(name, 0.002) for name in FIELDS}

@@ -12,14 +12,10 @@ FEWEST = 10
 def few_points(active: npt.NDArray[np.bool_]) -> str:
     """Return a sentence where so few points touch a tool that means over them say little; else an empty text.
 
-    Parameters
-    ----------
-    active : ndarray of bool, shape (n, n_points)
-        Points in contact at each step. Steps in which no point touches do not count.
+    `active`, shape (n, n_points): points in contact at each step. Steps in which no point touches do not count.
 
     Examples
     --------
-    >>> from forming.results.few_points import few_points
     >>> few_points(np.arange(80) < np.array([[6], [8]]))[:58]
     'Only 7 of 80 points touch a tool, on average over the run:'
     >>> few_points(np.ones((2, 80), dtype=bool))

@@ -28,8 +28,7 @@ class FieldRecorder:
 
     A simulation that was put back to an earlier state takes its later snapshots again.
 
-    - `strokes`: strokes [mm]; each is kept at the first increment that reaches it.
-    - `every`: instead: one snapshot each so many increments.
+    - `strokes` [mm]: each is kept at the first increment that reaches it; instead `every` so many increments.
     """
 
     def __init__(self, strokes: Sequence[float] | FloatArray | None = None, every: int | None = None) -> None:

@@ -55,10 +55,7 @@ class FieldHistory:
     def at(self, stroke: float | None = None) -> Snapshot:
         """Return the snapshot nearest to `stroke` [mm], the last one for None.
 
-        Raises
-        ------
-        InputError
-            There is none at all, or `stroke` is not a number.
+        Raises InputError: there is none at all, or `stroke` is not a number.
         """
         if not self.snapshots:
             raise InputError("forming: no snapshots were kept; run with snapshots=20, for example")
@@ -103,10 +100,7 @@ class FieldHistory:
     def load(cls, path: str | os.PathLike[str]) -> FieldHistory:
         """Read what `save` wrote, or all snapshots ``0000.npz``, ``0001.npz`` ... of a folder.
 
-        Raises
-        ------
-        InputError
-            Not such a file, or a damaged one.
+        Raises InputError: not such a file, or a damaged one.
         """
         if os.path.isdir(path):
             files = sorted(Path(path).glob("[0-9][0-9][0-9][0-9].npz"))[:MOST]

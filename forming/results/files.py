@@ -27,10 +27,7 @@ _MOST = 50_000_000
 def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
     """Read a folder that `FormingResult.save` wrote; return the result and its name.
 
-    Raises
-    ------
-    InputError
-        Files are missing or cannot be read.
+    Raises InputError: files are missing or cannot be read.
     """
     place = Path(folder)
     for name in ("forming.json", "force.csv", "contact.nc"):

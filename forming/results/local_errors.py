@@ -24,20 +24,13 @@ Contact = tuple[FloatArray, npt.NDArray[np.bool_]]
 
 
 def local_errors(loads: FloatArray, active: npt.NDArray[np.bool_], finer: Contact) -> FloatArray:
-    """Return the stated error of each load, shape (n, n_points, 5), in the units of the loads.
+    """Return the stated error of each load, in the units and the shape of the loads.
 
     An error C h of first order differs by (1 - `FINER`) C h from that with smaller elements. This error is averaged
     without its sign around marker and step, and multiplied by `FACTORS`. Where no marker around is in contact in both
     runs, the mean over the whole run stands in.
 
-    Parameters
-    ----------
-    loads : ndarray, shape (n, n_points, 5)
-        Loads with the mesh in question.
-    active : ndarray of bool, shape (n, n_points)
-        Markers in contact.
-    finer : (ndarray, ndarray)
-        The same of the run with elements smaller by `FINER`.
+    - `loads`, `active`: with the mesh in question; `finer`: of the run with elements smaller by `FINER`.
 
     Examples
     --------

@@ -95,7 +95,6 @@ class GripPatch:
     ('container', 5.0)
     """
 
-    #: Which tool.
     tool: str
     #: Where it is [mm].
     r_low: float

@@ -49,7 +49,6 @@ class ElasticTools:
     0.0
     """
 
-    #: For messages.
     process: str
     #: Bore of the die and diameter of the punch [mm].
     diameter: float

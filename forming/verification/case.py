@@ -29,9 +29,8 @@ class Row:
     #: What is compared, and its unit (empty: a bare number).
     quantity: str
     unit: str
-    #: The number to compare with.
+    #: The number to compare with, and where it comes from.
     reference: float
-    #: Where it comes from.
     source: str
     #: What was computed.
     ours: float
@@ -43,7 +42,6 @@ class Row:
     #: for it; a deviation within the tolerance then counts as skipped, not as passed. ``"not judged"``: the
     #: reference does not hold here; `note` says why.
     standing: Literal["judged", "skipped", "not judged"] = "judged"
-    #: Reason or remark.
     note: str = ""
     #: Name of the case, set when it runs.
     case: str = ""

@@ -25,13 +25,11 @@ from .survey import Survey, survey
 class IngestReport:
     """Result of `ingest`: the new campaign, the quality of its tests, and the files left out."""
 
-    #: The new folder.
     campaign: RawCampaign
     #: One row a test: sampling rate, gaps, clipping, zeros and drift, spikes, phases, friction, repeats.
     quality: pd.DataFrame
     #: `file` and `reason` of what could not be used.
     left_out: pd.DataFrame
-    #: All that was found.
     found: Survey
 
     def __str__(self) -> str:
@@ -63,7 +61,6 @@ def ingest(
       or the part of it that `test_id` says.
     - `channel_map`: YAML file or dictionary, see `ChannelMap.load`; canonical names and a units row by
       default.
-    - `out`: folder to write.
     - `tests`: test table with a column `test_id`; by default `tests.csv` beside the files.
     - `progress`: called with (done, total, test_id).
     - `show`: called with what was found, before the folder appears; an exception keeps it from appearing.

@@ -23,7 +23,6 @@ from .phase_files import PhaseFiles, join
 
 #: How a channel map is given: a YAML file, or its content.
 Map = str | os.PathLike[str] | Mapping[str, Any] | None
-#: A channel map is a page of text.
 _KEYS = ("channels", "moving_mass", "metadata", "phases", "despike", "low_pass", "test_id")
 _COLUMN_KEYS = ("quantity", "unit", "sign", "offset", "scale", "sensitivity", "std")
 
@@ -92,10 +91,7 @@ class ChannelMap:
         The layout is ``channels: {column name: {quantity, unit, sign, offset}}``, ``moving_mass: kg``,
         ``metadata: {...}``, ``phases: detect`` or what `Phases.load` takes, ``test_id`` as `NameTemplate.load` takes it.
 
-        Raises
-        ------
-        InputError
-            Unreadable YAML, unknown keys or quantities, a quantity mapped twice or not at all.
+        Raises InputError: unreadable YAML, unknown keys or quantities, a quantity mapped twice or not at all.
 
         Examples
         --------

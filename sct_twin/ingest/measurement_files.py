@@ -126,10 +126,7 @@ class NameTemplate:
     def load(cls, content: Any, where: str) -> NameTemplate | None:
         """Read a template; None stands for the whole name of the file.
 
-        Raises
-        ------
-        InputError
-            Not a text with ``{test_id}`` once, or too many stars.
+        Raises InputError: not a text with ``{test_id}`` once, or too many stars.
         """
         if content is None:
             return None

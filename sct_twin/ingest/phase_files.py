@@ -40,10 +40,7 @@ class PhaseFiles:
     def load(cls, content: Any, where: str) -> PhaseFiles | None:
         """Read ``{files: {upsetting: ..., sliding: ...}}``; None where phases are given in another way.
 
-        Raises
-        ------
-        InputError
-            Unknown keys, endings that are no text, or the same.
+        Raises InputError: unknown keys, endings that are no text, or the same.
         """
         if not isinstance(content, Mapping) or "files" not in content:
             return None
@@ -104,12 +101,10 @@ def join(
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Return the channels of both files one after the other, and what was assumed.
 
-    Raises InputError: a file without rows, an upsetting file that begins under load and so on are found
-    later; here: a waiting time that is none, and files that overlap only in part.
+    Raises InputError: a waiting time that is none, or files that overlap only in part.
 
     - `upsetting`, `sliding`: channels; those that the upsetting file lacks are taken to stay as the sliding
       file begins (position, temperature, friction force) or to be 0 (speed, acceleration).
-    - `upsetting_file`, `sliding_file`: for messages.
     - `wait`: stated time between the files [s]; not needed when the second begins after the first on one
       clock.
     """

@@ -30,23 +30,13 @@ _MAX_PARTS = 12
 
 @dataclass(frozen=True)
 class PointColumn:
-    """What a column of a file is: a quantity of a point, or a column of the test table.
+    """What a column of a file is: a quantity of a point, or a column of the test table."""
 
-    Attributes
-    ----------
-    quantity : str or None
-        One of `POINT_COLUMNS`; None for a column of the test table.
-    unit : str or None
-        Unit of the column; None where the file says it.
-    sign : float
-        1 or -1, what the values are multiplied by.
-    test_table : str or None
-        Name of the column in the test table.
-    """
-
+    #: One of `POINT_COLUMNS`; its unit, None where the file says it; 1 or -1, what the values are multiplied by.
     quantity: str | None = None
     unit: str | None = None
     sign: float = 1.0
+    #: Name of the column in the test table.
     test_table: str | None = None
 
 
@@ -70,10 +60,7 @@ class FileNameParts:
     def load(cls, content: Any, where: str) -> FileNameParts | None:
         """Read a template; None where there is none.
 
-        Raises
-        ------
-        InputError
-            No text, no part, a part without a name or twice, or two parts with nothing between them.
+        Raises InputError: no text, no part, a part without a name or twice, or two parts with nothing between them.
         """
         if content is None:
             return None
@@ -97,10 +84,7 @@ class FileNameParts:
     def of(self, name: str, where: str = "") -> dict[str, Cell]:
         """Return what a name says; numbers as such, but the name of the test is text.
 
-        Raises
-        ------
-        InputError
-            The name does not fit.
+        Raises InputError: the name does not fit.
         """
         refused = InputError(f"{where}the name {name!r} does not fit file_name {self.source!r}")
         if not name.startswith(self.texts[0]):
@@ -145,10 +129,8 @@ class PointMap:
     def load(cls, source: PointMapSource) -> PointMap:
         """Read a point map from YAML or a dictionary; None stands for the names of the contract.
 
-        Raises
-        ------
-        InputError
-            Unreadable YAML, unknown keys or quantities, a quantity that stands twice, no mu, a unit that does not fit.
+        Raises InputError: unreadable YAML, unknown keys or quantities, a quantity that stands twice, no mu, a unit that
+        does not fit.
         """
         if source is None:
             return cls()

@@ -30,16 +30,10 @@ from .point_map import PointColumn, PointMap, PointMapSource
 
 @dataclass
 class PointTables:
-    """What `read_point_tables` found.
-
-    Attributes
-    ----------
-    dataset : DataSet
-    notes : list of str
-        What was left out, moved or accepted.
-    """
+    """What `read_point_tables` found."""
 
     dataset: DataSet
+    #: What was left out, moved or accepted.
     notes: list[str] = field(default_factory=list)
 
     def headline(self) -> str:
@@ -59,23 +53,14 @@ def read_point_tables(
 ) -> PointTables:
     """Read tables of points and return them as a data set in the units of the contract.
 
-    Parameters
-    ----------
-    source
-        A folder or single files, of any format that `ingest` reads. A file holds one test, or several with a column of
-        their names. A table `tests.csv` beside them adds what is known of each test.
-    point_map
-        Which columns are what; None for columns named as in the contract.
-    synthetic : bool
-        Whether the values were computed and not measured.
-    read : callable
-        Reads one file; for those who hold tables that were read before.
+    Raises InputError: a file that cannot be read, lacks a mapped column, has text between its numbers or a unit that
+    does not fit; a test in two files; what `check_points` refuses.
 
-    Raises
-    ------
-    InputError
-        A file that cannot be read, lacks a mapped column, has text between its numbers or a unit that does not fit; a
-        test in two files; what `check_points` refuses.
+    - `source`: a folder or single files, of any format that `ingest` reads. A file holds one test, or several with a
+      column of their names. A table `tests.csv` beside them adds what is known of each test.
+    - `point_map`: which columns are what; None for columns named as in the contract.
+    - `synthetic`: whether the values were computed and not measured.
+    - `read`: reads one file; for those who hold tables that were read before.
 
     Examples
     --------

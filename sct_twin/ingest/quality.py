@@ -66,10 +66,7 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object
     """Return the figures of one test as a row of the quality table (units in the names).
 
     Raises InputError: the test is never loaded or never slides, or forces or speed say that columns are
-    swapped or a unit is wrong.
-
-    - `record`: the test.
-    - `moving_mass`: mass between force cell and contact [kg].
+    swapped or a unit is wrong. `moving_mass` [kg] is that between force cell and contact.
     """
     _check_columns(record)
     signals = process(record, moving_mass)

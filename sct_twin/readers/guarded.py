@@ -74,12 +74,8 @@ class _Process:
     def ask(self, question: Mapping[str, str], patience: float) -> _Answer | None:
         """Return the answer; None when the process ended.
 
-        Raises
-        ------
-        TimeoutError
-            No answer within `patience` seconds after the library was loaded.
-        NotReady
-            Not even that was done in time.
+        Raises TimeoutError: no answer within `patience` seconds after the library was loaded; NotReady: not even that
+        was done in time.
         """
         assert self.process.stdin is not None
         try:

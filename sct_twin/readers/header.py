@@ -38,7 +38,6 @@ def find_header(above: Sequence[Sequence[str]], numbered: Sequence[int], where: 
 
     - `above`: cells of the rows above the first row of numbers, from the beginning of the file.
     - `numbered`: columns with numbers.
-    - `where`: for messages.
     """
     rows = [index for index, row in enumerate(above) if any(row)]
     names, units = None, None

@@ -54,10 +54,7 @@ def map_content(
 ) -> tuple[Mapping[str, Any], str]:
     """Return the content of a map of columns (a YAML file, or what such a file holds), and how messages name it.
 
-    Raises
-    ------
-    InputError
-        No such file, too large, unreadable YAML, no keys, or unknown ones.
+    Raises InputError: no such file, too large, unreadable YAML, no keys, or unknown ones.
     """
     where = what
     content: Any = source

@@ -241,11 +241,7 @@ def usual_step(t: FloatArray) -> float:
 
 
 def write_csv(path: Path, columns: Mapping[str, npt.ArrayLike] | pd.DataFrame) -> None:
-    """Write channels as CSV: header, units row, rounded to what a data logger resolves.
-
-    - `path`: file to write.
-    - `columns`, shape (n,): channels by canonical name and in canonical units.
-    """
+    """Write channels in canonical units as CSV: header, units row, rounded to what a data logger resolves."""
     import pyarrow as pa
     import pyarrow.csv as pa_csv
 

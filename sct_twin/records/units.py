@@ -42,11 +42,8 @@ def scale_factor(quantity: str, unit: str, scale: str, inverse: bool, where: str
 
     Raises InputError: not a number with a unit, zero, or units that do not give the quantity.
 
-    - `quantity`: a channel.
-    - `unit`: unit of the readings, ``V`` or ``mV/V``.
     - `scale`: number and unit: of the quantity a reading (``5 kN/V``), or the inverse of it (``200 mV/kN``).
     - `inverse`: whether `scale` is readings a quantity (a sensitivity).
-    - `where`: for messages.
 
     Examples
     --------

@@ -42,10 +42,8 @@ def can_smooth(count: int, dt: float, corner: float) -> bool:
 def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArray:
     """Low-pass without phase shift: Butterworth of second order, forwards and backwards.
 
-    - `values`, shape (n,): equally spaced samples.
-    - `dt`: step [s].
-    - `corner`: frequency at which half of the amplitude is left [Hz].
-    - returns: the values themselves where the rate or the number of samples is too low for the corner.
+    Samples are `dt` [s] apart; at the `corner` [Hz] half of the amplitude is left. Where the rate or the number of samples
+    is too low for it, the values themselves are returned.
     """
     if not can_smooth(len(values), dt, corner):
         return values
@@ -168,11 +166,8 @@ def without(values: FloatArray, rows: np.ndarray) -> FloatArray:
 
 
 def low_pass(values: FloatArray, dt: float, corner: float, padding: int) -> FloatArray:
-    """Return equally spaced samples after the filter.
+    """Return samples, `dt` [s] apart, after the filter; the corner [Hz] is below half the sampling rate.
 
-    - `values`, shape (n,): samples.
-    - `dt`: step [s].
-    - `corner`: frequency at which half of the amplitude is left [Hz], below half the sampling rate.
     - `padding`: samples by which the signal is continued at both ends, mirrored at its end points; below n.
 
     Examples

@@ -30,10 +30,8 @@ class Motion:
     of the acceleration above. With the position alone it is the derivative of the low-passed position; the
     corner is as high as the noise of the position allows. A recorded speed is taken as it is.
 
-    - `s`, `v`, `a`, shape (n,): position [mm], speed [mm/s], acceleration [mm/s2]; position or speed at
+    - `s`, `v`, `a`, shape (n,): position [mm], speed [mm/s], acceleration [mm/s2], `dt` [s] apart; position or speed at
       least.
-    - `dt`: step [s].
-    - `where`: for messages.
     """
 
     def __init__(

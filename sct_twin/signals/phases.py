@@ -76,17 +76,13 @@ class Phases:
     #: First and last time [s]; with `channel` the value of that channel, twice.
     upsetting: tuple[float, float]
     sliding: tuple[float, float]
-    #: Column that holds the phase.
     channel: str | None = None
 
     @classmethod
     def load(cls, content: Any, where: str) -> Phases | None:
         """Read ``detect`` (or nothing), two time spans, or a channel with two values.
 
-        Raises
-        ------
-        InputError
-            Unknown keys, no spans, spans that end before they begin or overlap.
+        Raises InputError: unknown keys, no spans, spans that end before they begin or overlap.
         """
         if content is None or content == "detect":
             return None

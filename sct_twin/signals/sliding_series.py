@@ -20,11 +20,9 @@ STEADY = (0.15, 0.9)
 class SlidingSeries:
     """Friction at equal distances of sliding; all arrays of shape (n,)."""
 
-    #: Time since sliding began [s].
+    #: Time since sliding began [s], distance [mm] and speed [mm/s] of sliding.
     t: FloatArray
-    #: Sliding distance [mm].
     sd: FloatArray
-    #: Sliding speed [mm/s].
     v_rel: FloatArray
     #: Normal force and friction force [N].
     F_n: FloatArray
@@ -54,8 +52,7 @@ class Bins:
     the way between two samples.
 
     - `x`, shape (n,): distances of the samples, increasing [mm].
-    - `spacing`: distance between points and width of each [mm].
-    - `count`: number of points, the first at `spacing`.
+    - `count`: number of points, the first at `spacing` [mm].
     """
 
     def __init__(self, x: FloatArray, spacing: float, count: int) -> None:

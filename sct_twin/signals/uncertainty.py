@@ -24,7 +24,6 @@ def noise_memory(values: FloatArray, longest: int) -> tuple[float, float]:
     remembers gives less at short lags; the rise gives the correlation of an autoregressive process of
     first order.
 
-    - `values`, shape (n,): samples.
     - `longest`: largest lag [samples] at which what changes still counts as noise.
     """
     squares = []

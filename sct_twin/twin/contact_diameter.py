@@ -81,11 +81,8 @@ def read_at_diameter(
     relation of area and force is the smoothed one of `UpsettingRun.at`. Where the area hardly depends on the
     force, it replaces that of the run; a filled bore stays.
 
-    - `run_to`: returns the run to somewhat beyond a force [N]; asked for more than `force` only where the
-      diameter says so.
-    - `force`: highest force of the test [N].
-    - `diameter`: as measured [mm].
-    - `punch`: its bore limits the contact.
+    - `run_to`: returns the run to somewhat beyond a force [N]; asked for more than `force`, the highest of the test,
+      only where the diameter says so.
     """
     bore = punch.bore_diameter or math.inf
     upsetting = run_to(force)

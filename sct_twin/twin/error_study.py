@@ -50,18 +50,12 @@ def check(
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> pd.DataFrame:
-    """Evaluate some tests with each of `variants` and compare with the twin itself.
+    """Evaluate `count` tests, evenly among `test_ids`, with each of `variants` and compare with the twin itself.
+
+    Returns one row a test and variant: `test_id, variant`, and for each of `QUANTITIES` the change of its mean over the
+    sliding [%]; temperatures in percent of the mean rise above the tool. A variant that cannot be evaluated is missing.
 
     Raises InputError: less than one test.
-
-    - `twin`: the twin as it is used.
-    - `campaign`: where the records are.
-    - `test_ids`: tests to choose from; those that are chosen lie evenly among them.
-    - `count`: how many.
-    - `jobs`, `progress`: as in `SctTwin.run`.
-    - returns: one row a test and variant: `test_id, variant`, and for each of `QUANTITIES` the change of its
-      mean over the sliding [%]; temperatures in percent of the mean rise above the tool. A variant that
-      cannot be evaluated is missing.
     """
     if count < 1:
         raise InputError(f"check = {count} tests; allowed: at least 1")

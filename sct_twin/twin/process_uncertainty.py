@@ -34,26 +34,10 @@ def process_uncertainties(
     """Return what the loads may be off by when a process is driven from its start; its own state stays.
 
     They are the columns of an evaluated test: `u_sigma_n` [MPa], `u_psi` and `u_T` [K], standard uncertainties, nearly
-    all of it common to the steps. The inputs hold; what they may be off by is not in them.
+    all of it common to the steps. The inputs of n steps, as `SctProcess.advance` takes them, hold; what they may be off by
+    is not in them. Each column has the shape (n + 1,): at the start and at the end of every step.
 
-    Parameters
-    ----------
-    process : SctProcess
-        Specimen, punch and heat data.
-    dt, F_n, v_slide, T_tool, mu : ndarray, shape (n,)
-        Inputs of n steps, as `SctProcess.advance` takes them.
-    given : GivenUncertainty, optional
-        Standard uncertainties of flow stress, friction while upsetting, dimensions and heat data.
-
-    Returns
-    -------
-    dict of ndarray, shape (n + 1,)
-        At the start and at the end of every step.
-
-    Raises
-    ------
-    InputError
-        No step, or an input that is not finite or out of its physical range.
+    Raises InputError: no step, or an input that is not finite or out of its physical range.
 
     Examples
     --------

@@ -75,7 +75,6 @@ class TestResult:
     [['sct001', 0.0, 0.08], ['sct001', 0.1, 0.07]]
     """
 
-    #: Name of the test.
     test_id: str
     #: `t, v_rel, T, sigma_n, sd, psi, mu` and the columns of `EXTRA_UNITS`, shape (n,).
     columns: Mapping[str, FloatArray]

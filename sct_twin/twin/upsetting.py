@@ -39,7 +39,6 @@ class UpsettingCase:
     force: float
     mesh_size: float
     material: Material
-    #: Friction while upsetting.
     mu: float
     T0: float
     T_tool: float
@@ -55,7 +54,7 @@ class ContactState:
     #: Contact area [mm2] and the radius of the circle of that area [mm].
     area: float
     radius: float
-    #: Height of the specimen [mm].
+    #: Of the specimen [mm].
     height: float
     #: Area-weighted mean of the local surface expansion dA/dA0.
     psi: float
@@ -133,9 +132,7 @@ def geometry(record: SctRecord) -> PunchGeometry:
 class UpsettingRun:
     """An upsetting run that is read at forces."""
 
-    #: The run.
     result: UpsettingResult
-    #: What was upset.
     case: UpsettingCase
     #: Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
     #: F / `flow_stress`, with its pressure in proportion.

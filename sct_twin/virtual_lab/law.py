@@ -64,7 +64,6 @@ class TrueLaw:
 
     #: Coefficients of the base law: keys as in `BASE`, or the parameters of the lubricant.
     base: Mapping[str, float]
-    #: What is added to it.
     hidden: tuple[tuple[HiddenEffect, Mapping[str, float]], ...] = field(default=())
     #: Whose law the base is; None: linear in the five loads.
     lubricant: str | None = None

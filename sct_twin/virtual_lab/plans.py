@@ -224,7 +224,6 @@ def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
       `sd_set` [mm], `protocol` with its parameters (`protocols.PROTOCOLS`), and any other column of a test
       table.
     - `seed`: of order, batch, tool and waiting time where they are not given.
-    - `where`: for messages.
 
     Examples
     --------

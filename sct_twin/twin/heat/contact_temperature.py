@@ -52,7 +52,6 @@ class SlidingContact:
     - `plate_temperature`, `specimen_temperature`, `punch_temperature`: start temperatures [degC]; fresh plate
       enters at the plate's.
     - `pressure`: relative contact pressure over the radius; any scale. Uniform by default.
-    - `settings`: resolution and material data.
     - `band`: two-dimensional contact, infinitely long across the sliding direction.
     - `margin`: plate modelled around the contact [mm]; from the speed by default.
     """

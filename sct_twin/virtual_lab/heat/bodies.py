@@ -53,10 +53,7 @@ class HeatBody:
 
     @classmethod
     def alike(cls, conductivity: Data, diffusivity: float) -> HeatBody:
-        """Return a body whose capacity changes with temperature as its conductivity does.
-
-        - `diffusivity`: k / c [mm2/s].
-        """
+        """Return a body whose capacity changes with temperature as its conductivity does: k / c [mm2/s] stays."""
         if isinstance(conductivity, int | float):
             return cls(conductivity, conductivity / diffusivity)
         return cls(conductivity, tuple((T, k / diffusivity) for T, k in conductivity))

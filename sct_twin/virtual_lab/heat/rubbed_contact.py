@@ -23,7 +23,7 @@ _ITERATIONS, _CLOSE = 60, 2e-3
 
 
 class ContactMeans(NamedTuple):
-    """Means over the contact [degC]: of both surT_specimens, of the plate's and of the specimen's, and the hottest place."""
+    """Means over the contact [degC]: of both surfaces, of the plate's and of the specimen's, and the hottest place."""
 
     mean: float
     plate: float
@@ -34,10 +34,8 @@ class ContactMeans(NamedTuple):
 class RubbedContact:
     """A round contact; the plate under it is a half space, the specimen a cylinder of the contact's radius.
 
-    - `radius`, `height`: of contact and specimen [mm].
-    - `T_plate`, `T_specimen`, `T_punch`: at the start [degC].
+    - `radius`, `height`: of contact and specimen [mm]; temperatures at the start [degC].
     - `pressure`: relative contact pressure over the radius [mm]; any scale.
-    - `heat`: heat data and cells.
 
     Examples
     --------

@@ -21,10 +21,9 @@ def commanded(
     acceleration: float,
     hold: tuple[float, float] | None = None,
 ) -> FloatArray:
-    """Return the commanded plate speed [mm/s], one value a sample, at least as far as `distance`.
+    """Return the commanded plate speed [mm/s], one value a sample, at least as far as `distance` [mm].
 
     - `speeds`: set values on equal parts of the distance [mm/s].
-    - `distance`: whole sliding distance [mm].
     - `acceleration`: largest acceleration of the half cosines between set values [mm/s2].
     - `hold`, (distance, time): the plate stops at this distance [mm] and stands so long [s].
     """

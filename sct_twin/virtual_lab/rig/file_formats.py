@@ -38,7 +38,6 @@ class FileFormat:
     meaning: str
     #: Canonical channel and its column.
     columns: Mapping[str, LoggedColumn]
-    #: Writer of `file_writers`.
     write: writers.Writer
 
     def save(self, path: Path, frame: pd.DataFrame) -> None:

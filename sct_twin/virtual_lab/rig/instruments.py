@@ -224,7 +224,6 @@ def measured(
 
     - `true`, shape (n,): `F_n`, `friction` [N], `a` [mm/s2], `sd` [mm], `T_plate` [degC].
     - `sliding`, shape (n,): whether the plate moves.
-    - `instruments`: sensors.
     - `gains`: calibration of the two force cells.
     - `rng`, `more`: of the plain rig's noise, and of everything beyond it: a realistic rig has the same noise
       as a plain one.
