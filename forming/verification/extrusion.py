@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ..fe.simulation import Simulation
 from ..processes.backward_cup_extrusion import BackwardCupExtrusion
 from ..processes.forward_rod_extrusion import ForwardRodExtrusion
+from ..processes.friction_input import Friction
 from ..processes.stepwise import StepwiseProcess
 from .case import Case, Row, account_rows, case, finished, published_flow_stress
 
@@ -21,10 +21,9 @@ CASES: list[Case] = []
 
 
 class _Isothermal(StepwiseProcess):
-    def _build(self) -> Simulation:
-        simulation = super()._build()
-        simulation.heat = None
-        return simulation
+    def start(self, mu: Friction = 0.08) -> None:
+        super().start(mu)
+        self.simulation.heat = None
 
 
 class IsothermalRod(_Isothermal, ForwardRodExtrusion):

@@ -98,7 +98,7 @@ def resample(signals: TestSignals, spacing: float = 0.1) -> SlidingSeries:
     x = sd[moving]
 
     def sliding(values: FloatArray) -> FloatArray:
-        return values[start:][moving]
+        return np.asarray(values[start:][moving])
 
     bins = Bins(x, spacing, count)
     F_n, friction = sliding(signals.F_n), sliding(signals.friction)
