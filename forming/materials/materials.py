@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, fields, replace
+from dataclasses import MISSING, fields, replace
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -38,14 +38,10 @@ def material_from_dict(content: Mapping[str, Any]) -> Material:
     for name in given:
         if name not in known:
             raise unknown_name("parameter of a material", name, known)
-    missing = [f.name for f in fields(KINDS[kind]) if f.name not in given and _needed(f)]
-    if missing:
-        raise InputError(f"material: {missing[0]} is missing; allowed: a value for it")
+    for f in fields(KINDS[kind]):
+        if f.name not in given and f.default is MISSING and f.default_factory is MISSING:
+            raise InputError(f"material: {f.name} is missing; allowed: a value for it")
     return KINDS[kind](**given)
-
-
-def _needed(f: Field[Any]) -> bool:
-    return f.default is MISSING and f.default_factory is MISSING
 
 
 def load(source: str | os.PathLike[str]) -> Material:

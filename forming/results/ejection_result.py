@@ -7,7 +7,7 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,7 @@ _COLUMNS = {"travel": "mm", "force": "kN", "work": "J", "grip": "kN"}
 _HEAD = ["phase", *(f"{name} [{unit}]" for name, unit in _COLUMNS.items())]
 #: Names of the phases.
 PHASES = ("withdraw", "release", "eject")
-_FIGURES = ("energy_balance", "slip_regularisation")
+_FIGURES, _TEXTS = ("energy_balance", "slip_regularisation"), ("how", "status", "message")
 #: Largest number of rows and bytes of a file that is read back.
 _ROWS, _BYTES = 100_000, 20_000_000
 
@@ -100,9 +100,7 @@ def save_ejection(result: EjectionResult, folder: Path) -> None:
         writer.writerow(_HEAD)
         numbers = zip(*(getattr(result, name) for name in _COLUMNS))
         writer.writerows([phase, *(f"{v:.9g}" for v in row)] for phase, row in zip(result.phase, numbers))
-    found: dict[str, object] = {
-        name: getattr(result, name) for name in ("how", "status", "message", *_FIGURES)
-    }
+    found: dict[str, object] = {name: getattr(result, name) for name in (*_TEXTS, *_FIGURES)}
     found |= {"max_force": result.max_force, "total_work": result.total_work}
     write_json(folder / "ejection.json", found | {"patches": [asdict(p) for p in result.patches]})
 
@@ -112,10 +110,10 @@ def load_ejection(folder: Path) -> EjectionResult | None:
 
     Raises ValueError, KeyError, TypeError, OSError: the files hold something else.
     """
-    table, figures = folder / "ejection.csv", folder / "ejection.json"
-    if not table.is_file() and not figures.is_file():
+    table, about = folder / "ejection.csv", folder / "ejection.json"
+    if not table.is_file() and not about.is_file():
         return None
-    if max(table.stat().st_size, figures.stat().st_size) > _BYTES:
+    if max(table.stat().st_size, about.stat().st_size) > _BYTES:
         raise ValueError("the files of the ejection are too large")
     try:
         with table.open(encoding="utf-8", newline="") as stream:
@@ -127,28 +125,18 @@ def load_ejection(folder: Path) -> EjectionResult | None:
     if not {row[0] for row in rows[1:]} <= set(PHASES):
         raise ValueError(f"ejection.csv holds a phase that is none of {', '.join(PHASES)}")
     numbers = np.array([[float(v) for v in row[1:]] for row in rows[1:]]).reshape(-1, len(_COLUMNS))
-    given = json.loads(figures.read_text(encoding="utf-8"))
+    given = json.loads(about.read_text(encoding="utf-8"))
     try:
         patches = tuple(
             GripPatch(str(p.pop("tool")), **{k: float(v) for k, v in p.items()}) for p in given["patches"]
         )
-        figure = {name: float(given[name]) for name in _FIGURES}
+        figures: dict[str, Any] = {name: float(given[name]) for name in _FIGURES}
     except OverflowError:
         raise ValueError("ejection.json holds a number that is too large") from None
-    found = [*figure.values(), *(v for p in patches for v in list(vars(p).values())[1:])]
+    found = [*figures.values(), *(v for p in patches for v in list(vars(p).values())[1:])]
     if not np.isfinite(numbers).all() or not all(map(math.isfinite, found)):
         raise ValueError("the ejection holds numbers that are not finite")
-    travel, force, work, grip = (column.copy() for column in numbers.T)
-    return EjectionResult(
-        how=str(given["how"]),
-        phase=tuple(row[0] for row in rows[1:]),
-        travel=travel,
-        force=force,
-        work=work,
-        grip=grip,
-        patches=patches,
-        energy_balance=figure["energy_balance"],
-        slip_regularisation=figure["slip_regularisation"],
-        status=str(given["status"]),
-        message=str(given["message"]),
-    )
+    columns: dict[str, Any] = {name: column.copy() for name, column in zip(_COLUMNS, numbers.T)}
+    texts: dict[str, Any] = {name: str(given[name]) for name in _TEXTS}
+    phase = tuple(row[0] for row in rows[1:])
+    return EjectionResult(phase=phase, patches=patches, **texts, **columns, **figures)

@@ -15,6 +15,7 @@ from friction_models.common import InputError
 from friction_models.common.netcdf_files import open_dataset
 from friction_models.loads import LOADS
 
+from ..fe.mesh.shape import FloatArray
 from .contact_history import ContactHistory
 from .ejection_result import load_ejection
 from .fields import FieldHistory
@@ -68,17 +69,19 @@ def _read_contact(path: Path) -> ContactHistory:
     with open_dataset(path) as data:
         if sum(v.size for v in data.data_vars.values()) > _MOST:
             raise ValueError("the contact history is too large")
-        loads = [np.asarray(data[q.name].values, dtype=np.float64) for q in LOADS]
+
+        def numbers(name: str) -> FloatArray:
+            return np.asarray(data[name].values, dtype=np.float64)
+
+        loads = np.stack([numbers(q.name) for q in LOADS], axis=2)
         stated = [q.name + ERROR for q in LOADS]
-        errors = None
-        if all(name in data for name in stated):
-            errors = np.stack([np.asarray(data[name].values, dtype=np.float64) for name in stated], axis=2)
+        known = all(name in data for name in stated)
         return ContactHistory(
-            stroke=np.asarray(data["stroke"].values, dtype=np.float64),
-            loads=np.stack(loads, axis=2),
+            stroke=numbers("stroke"),
+            loads=loads,
             active=np.asarray(data["active"].values) > 0,
-            mu=np.asarray(data["mu"].values, dtype=np.float64),
-            position=np.stack([np.asarray(data[axis].values) for axis in "rz"], axis=2),
-            tau_over_k=np.asarray(data["tau_over_k"].values, dtype=np.float64),
-            errors=errors,
+            mu=numbers("mu"),
+            position=np.stack([numbers(axis) for axis in "rz"], axis=2),
+            tau_over_k=numbers("tau_over_k"),
+            errors=np.stack([numbers(name) for name in stated], axis=2) if known else None,
         )

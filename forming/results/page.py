@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
 
-from friction_models.common import write_text
 from friction_models.common.markup import document, escape, paragraph, table
 from friction_models.loads import LOADS
 from friction_models.loads.contract import with_unit
@@ -37,11 +33,6 @@ svg {{ max-width: 100%; height: auto; }}
 @media print {{ h2 {{ break-after: avoid; }} svg, table {{ break-inside: avoid; }} }}
 """
 _ACCENT, _BAND = "#0a7f79", "#cfe5e3"
-
-
-def write_report(result: FormingRecord, path: str | os.PathLike[str], name: str = "forming") -> Path:
-    """Write the page; return its path."""
-    return write_text(path, report_page(result, name))
 
 
 def report_page(result: FormingRecord, name: str = "forming") -> str:

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from friction_models.common import atomic_folder, write_json
+from friction_models.common import atomic_folder, write_json, write_text
 from friction_models.common.folders import FORMING
 from friction_models.common.netcdf_files import write_dataset
 from friction_models.loads import LOADS, MU
 
 from .contact_history import ContactHistory
 from .ejection_result import save_ejection
-from .page import write_report
+from .page import report_page
 from .picture import write_picture
 from .record import FormingRecord
 
@@ -82,11 +82,11 @@ class FormingResult(FormingRecord):
             }
             columns = np.column_stack(list(curves.values()))
             np.savetxt(place / "force.csv", columns, "%.9g", ",", header=",".join(curves), comments="")
-            _save_contact(self.contact, place / "contact.nc")
+            write_dataset(contact_dataset(self.contact), place / "contact.nc")
             if self.ejection is not None:
                 save_ejection(self.ejection, place)
                 if self.ejection.contact is not None:
-                    _save_contact(self.ejection.contact, place / "ejection_contact.nc")
+                    write_dataset(contact_dataset(self.ejection.contact), place / "ejection_contact.nc")
             if len(self.fields):
                 self.fields.write_vtu(place / "fields")
                 self.fields.save(place / "fields" / "fields.npz")
@@ -94,7 +94,7 @@ class FormingResult(FormingRecord):
 
     def report(self, path: str | os.PathLike[str], name: str = "forming") -> Path:
         """Write a self-contained HTML page: key figures, force, animation of the fields, contact."""
-        return write_report(self, path, name)
+        return write_text(path, report_page(self, name))
 
 
 def key_figures(result: FormingRecord) -> dict[str, object]:
@@ -107,10 +107,6 @@ def key_figures(result: FormingRecord) -> dict[str, object]:
         elif isinstance(value, (list, tuple)) and all(isinstance(v, str) for v in value):
             found[attribute.name] = list(value)
     return found
-
-
-def _save_contact(contact: ContactHistory, path: Path) -> None:
-    write_dataset(contact_dataset(contact), path)
 
 
 def contact_dataset(contact: ContactHistory) -> xarray.Dataset:

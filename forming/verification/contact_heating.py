@@ -67,10 +67,10 @@ def run(process: Extrusion, stroke: float) -> Rubbing:
 
     def see(sim: Simulation) -> bool:
         m = sim.state.markers
-        offsets = np.array([tool.offset for tool in sim.state.tools])
+        offsets = [tool.offset for tool in sim.state.tools]
         points = m.points(sim.state.body.surface)
-        seen.append((sim.state.time, points, m.v_rel, m.sigma_n, m.active, m.T, offsets))
-        seen[-1] = tuple(np.array(part) for part in seen[-1])
+        found = (sim.state.time, points, m.v_rel, m.sigma_n, m.active, m.T, offsets)
+        seen.append(tuple(np.array(part) for part in found))
         return False
 
     process.start(MU)

@@ -9,7 +9,8 @@ import numpy as np
 
 from forming.results.contact_history import ContactHistory
 from forming.results.files import _read_contact
-from forming.results.result import _save_contact, contact_dataset
+from forming.results.result import contact_dataset
+from friction_models.common.netcdf_files import write_dataset
 
 
 def test_it_is_the_file_that_the_reference_library_would_write(tmp_path: Path) -> None:
@@ -24,8 +25,8 @@ def test_it_is_the_file_that_the_reference_library_would_write(tmp_path: Path) -
         errors=None,
     )
     ours, other = tmp_path / "ours.nc", tmp_path / "other.nc"
-    _save_contact(contact, ours)
     data = contact_dataset(contact)
+    write_dataset(data, ours)
     packed = {str(v): {"zlib": True, "complevel": 4} for v in data.data_vars}
     data.to_netcdf(other, engine="netcdf4", encoding=packed)
     with netCDF4.Dataset(ours) as one, netCDF4.Dataset(other) as two:
