@@ -55,11 +55,6 @@ class TestSignals:
     #: Largest speed by the acceleration alone over that by the position alone; 0 without acceleration.
     acceleration_ratio: float = 0.0
 
-    @property
-    def force_zero(self) -> tuple[float, float]:
-        """Zeros of F_n and F_r before the load [N]."""
-        return self.zeros.F_n.before, self.zeros.F_r.before
-
 
 def process(record: SctRecord, moving_mass: float = 0.0) -> TestSignals:
     """Find the phases of a test and compute what is measured only indirectly.

@@ -155,8 +155,8 @@ class TwinSettings:
             "T_mean": round(float(T["mean"].mean()), 3),
             "v_mean": round(float(series.v_rel.mean()), 4),
             "sigma_n_shear": round(shear_share(state, punch, float(series.mu.mean())), 5),
-            "F_n_zero": round(signals.force_zero[0], 3),
-            "F_r_zero": round(signals.force_zero[1], 3),
+            "F_n_zero": round(signals.zeros.F_n.before, 3),
+            "F_r_zero": round(signals.zeros.F_r.before, 3),
             # only where the record goes on without load: what a zero that is taken before the load does not show
             **({} if zero_end is None else {"F_r_zero_end": round(zero_end, 3)}),
             "mu_noise": float(f"{_mu_noise(signals):.4g}"),

@@ -7,7 +7,6 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -223,18 +222,8 @@ class Campaign:
             if known:
                 report(len(known), len(rows), f"{len(known)} tests known")
             open_rows = [row for row in rows if row["test_id"] not in known]
-            test_to_files = partial(
-                _test_to_files,
-                law=self.true_law,
-                rig=self.true_rig,
-                instruments=self.sensors,
-                seed=int(self.seed),
-                faults=self.true_faults,
-                kind=kind.name,
-                folder=waiting,
-            )
-            items = [(row, tables[_shape(row)]) for row in open_rows]
-            for done, (index, _) in enumerate(map_unordered(test_to_files, items, jobs)):
+            items = [(self, row, tables[_shape(row)], kind.name, waiting) for row in open_rows]
+            for done, (index, _) in enumerate(map_unordered(_test_to_files, items, jobs)):
                 test_id = open_rows[index]["test_id"]
                 report(len(known) + done + 1, len(rows), f"virtual test {test_id}")
             with atomic_folder(target, CAMPAIGN) as folder:
@@ -315,19 +304,10 @@ def _shape(row: PlanRow) -> float:
     return 0.0 if tip is None or np.isnan(tip) else float(tip)
 
 
-def _test_to_files(
-    row: PlanRow,
-    table: SpecimenTable,
-    law: TrueLaw,
-    rig: Rig,
-    instruments: Instruments,
-    seed: int,
-    faults: Faults | None,
-    kind: str,
-    folder: Path,
-) -> None:
+def _test_to_files(campaign: Campaign, row: PlanRow, table: SpecimenTable, kind: str, folder: Path) -> None:
     """Carry out one test in a pool; its truth, written last, says that it is finished."""
-    test = run_test(row, law, table, rig, instruments, seed, faults)
+    law, rig, sensors, faults = campaign.true_law, campaign.true_rig, campaign.sensors, campaign.true_faults
+    test = run_test(row, law, table, rig, sensors, int(campaign.seed), faults)
     test_id, form = row["test_id"], file_format_named(kind)
     with atomic_path(folder / "raw" / f"{test_id}{form.suffix}") as temporary:
         form.save(temporary, test.frame)

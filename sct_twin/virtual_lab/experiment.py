@@ -148,7 +148,7 @@ def run_test(
     static = np.zeros(len(plate_sd))  # by how much friction is higher at break-away
     if instruments.stiffness > 0.0:
         static += instruments.static / (1.0 + (plate_sd / instruments.static_length) ** 2)
-    sliding = Sliding(F_n[begin:end], plate_v, plate_sd, scatter, static)
+    sliding = Sliding(F_n[begin:end], plate_v, plate_sd, scatter)
     T, work, slip = heat(state, law, context, rig, T_tool, rise, float(row["t_wait"]), sliding)
     sigma_n = state.sigma_n(sliding.F_n)
     psi = np.full(len(plate_sd), state.psi)

@@ -10,8 +10,10 @@ import pandas as pd
 from ..ingest.raw_campaign import RawCampaign
 from ..records.cells import Cell
 from .campaign import Campaign
-from .law import TrueLaw, load_truth, rig_from
+from .heat.bodies import LabHeat
+from .law import TrueLaw, load_truth
 from .rig.instruments import Faults, Instruments
+from .rig.specimen import Rig
 
 
 def run_protocol(
@@ -50,7 +52,8 @@ def run_protocol(
         content = load_truth(source.folder if isinstance(source, RawCampaign) else source)[0]
         law, cache = TrueLaw.from_dict(content["law"]), None
         lubricant = law.lubricant
-        rig, instruments = rig_from(content["rig"]), Instruments(**content["instruments"])
+        rig = Rig(**{**content["rig"], "thermal": LabHeat.from_dict(content["rig"]["thermal"])})
+        instruments = Instruments(**content["instruments"])
         wrong = content.get("faults")
         faults = None if wrong is None else Faults(**{**wrong, "tests": tuple(wrong["tests"])})
     if faults is not None and faults.tests:

@@ -25,13 +25,12 @@ LEAST_MU_WITH_SCATTER = 0.002
 
 @dataclass(frozen=True, eq=False)
 class Sliding:
-    """The sliding phase at its samples: force [N], speed [mm/s], distance [mm], scatter of mu, static share."""
+    """The sliding phase at its samples: force [N], speed [mm/s], distance [mm], scatter of mu."""
 
     F_n: FloatArray
     v: FloatArray
     sd: FloatArray
     scatter: FloatArray
-    static: FloatArray
 
 
 def heat(
@@ -63,7 +62,7 @@ def heat(
     for begin, end, moves in _spans(sliding.v):
         span = slice(begin, min(end + 1, n))
         if moves:
-            part = Sliding(*(getattr(sliding, f)[span] for f in ("F_n", "v", "sd", "scatter", "static")))
+            part = Sliding(*(values[span] for values in vars(sliding).values()))
             T[span], work[span] = _slide(contact, state, law, context, part, done)
             slip[span] = part.sd - part.sd[0]
             done = float(work[span][-1])

@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -17,31 +17,13 @@ from friction_models.common import InputError, write_json
 from friction_models.common.files import read_json
 from friction_models.loads import FloatArray
 
-from .heat.bodies import LabHeat
 from .hidden import HIDDEN, HiddenEffect, LawInput, hidden_names
 from .lubricants import lubricant_named
-from .rig.specimen import Rig
 
 #: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.
 BASE = {"constant": 0.0770, "v_rel": -1.0e-5, "T": -2.0e-5, "sigma_n": -4.0e-6, "sd": 6.0e-5, "psi": 3.0e-3}
 #: Friction never falls below this.
 LEAST_MU = 0.005
-
-
-class HiddenContent(TypedDict):
-    """A hidden effect in a truth file."""
-
-    name: str
-    formula: str
-    parameters: dict[str, float]
-
-
-class LawContent(TypedDict):
-    """A law in a truth file."""
-
-    lubricant: str | None
-    base: dict[str, float]
-    hidden: list[HiddenContent]
 
 
 @dataclass(frozen=True)
@@ -87,14 +69,14 @@ class TrueLaw:
         return cls(base, tuple(effects), lubricant)
 
     @classmethod
-    def from_dict(cls, content: LawContent) -> TrueLaw:
+    def from_dict(cls, content: Mapping[str, Any]) -> TrueLaw:
         """Rebuild from `to_dict`."""
         effects = tuple(
             (HIDDEN[hidden_names(item["name"])[0]], dict(item["parameters"])) for item in content["hidden"]
         )
         return cls(dict(content["base"]), effects, content.get("lubricant"))
 
-    def to_dict(self) -> LawContent:
+    def to_dict(self) -> dict[str, Any]:
         """Return a description for the truth file."""
         return {
             "lubricant": self.lubricant,
@@ -201,8 +183,3 @@ def load_truth(folder: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str
             test_id, _, name = key.partition("/")
             tests.setdefault(test_id, {})[name] = stored[key]
     return content, tests
-
-
-def rig_from(content: Mapping[str, Any]) -> Rig:
-    """Return the rig that `truth.json` describes."""
-    return Rig(**{**content, "thermal": LabHeat.from_dict(content["thermal"])})

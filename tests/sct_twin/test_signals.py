@@ -51,7 +51,7 @@ def test_inertia_is_taken_out_with_the_measured_acceleration(record_maker: Maker
 
 def test_zero_of_the_force_cells_comes_from_the_unloaded_part(record_maker: Maker) -> None:
     signals = process(record_maker(), 25.0)
-    assert signals.force_zero == pytest.approx((25.0, -40.0), abs=1.0)
+    assert (signals.zeros.F_n.before, signals.zeros.F_r.before) == pytest.approx((25.0, -40.0), abs=1.0)
 
 
 def test_what_comes_after_sliding_is_cut_off(record_maker: Maker) -> None:

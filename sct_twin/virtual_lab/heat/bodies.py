@@ -65,10 +65,6 @@ class HeatBody:
         T = np.linspace(known[0], known[-1], 101)
         return float(np.mean(_at(self.conductivity, T) / _at(self.capacity, T)))
 
-    def transform(self, start: float) -> Kirchhoff:
-        """Return the transform that is 0 at a start temperature [degC]."""
-        return Kirchhoff(self, start)
-
 
 class Kirchhoff:
     """Transformed temperature of a body [K], 0 at its start temperature; its flux is that of k at the start.
@@ -76,7 +72,7 @@ class Kirchhoff:
     Examples
     --------
     >>> body = HeatBody(((0.0, 10.0), (1000.0, 20.0)), 3.0)
-    >>> transform = Kirchhoff(body, 0.0)
+    >>> transform = Kirchhoff(body, start=0.0)
     >>> round(transform.effusivity, 2), round(float(transform.temperature(np.array([105.0]))[0]), 4)
     (4.47, 100.0)
     """

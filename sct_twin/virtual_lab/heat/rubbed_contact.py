@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from friction_models.loads import FloatArray
 
-from .bodies import LabHeat
+from .bodies import Kirchhoff, LabHeat
 from .cylinder import Cylinder
 from .half_space import HalfSpace
 
@@ -65,9 +65,8 @@ class RubbedContact:
         #: Friction heat of the cells [N/(mm s)] for 1 N mm/s in the whole contact.
         self._share = relative / (2.0 * float(relative.sum()) * size**2)
         self._h = h = heat.heat_transfer
-        self._to_plate = heat.plate.transform(T_plate)
-        self._to_specimen = heat.specimen.transform(T_punch)
-        steel = self._to_specimen
+        self._to_plate = Kirchhoff(heat.plate, T_plate)
+        self._to_specimen = steel = Kirchhoff(heat.specimen, T_punch)
         self._plate = HalfSpace(size, columns, rows, self._to_plate.effusivity, self._to_plate.diffusivity)
         self._specimen = Cylinder(
             x,

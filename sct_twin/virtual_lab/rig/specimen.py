@@ -102,10 +102,9 @@ STEPS = {"diameter": -0.4, "height": -0.8, "mu": 0.04}
 
 
 class _Part(NamedTuple):
-    """A run, its tool temperature [degC], its weight in a specimen, and run force over specimen force."""
+    """A run, its weight in a specimen, and run force over specimen force."""
 
     run: SpecimenRun
-    level: float
     weight: float
     scale: float
 
@@ -132,14 +131,11 @@ class SpecimenTable:
         low, high = TEMPERATURES
         upper = float(np.clip((T_tool - low) / (high - low), 0.0, 1.0))
         scales = [float(np.exp(self.m1 * (level - T_tool))) / flow_stress for level in TEMPERATURES]
-        parts = [
-            _Part(run, level, weight, scale)
-            for run, level, weight, scale in zip(self.runs, TEMPERATURES, (1.0 - upper, upper), scales)
-        ]
+        parts = [_Part(*part) for part in zip(self.runs, (1.0 - upper, upper), scales)]
         weights = {name: self.deviations.get(name, 0.0) / STEPS[name] for name in self.changed}
         if any(weights.values()):
-            parts += [_Part(self.changed[name], low, w, scales[0]) for name, w in weights.items() if w]
-            parts.append(_Part(self.runs[0], low, -sum(weights.values()), scales[0]))
+            parts += [_Part(self.changed[name], w, scales[0]) for name, w in weights.items() if w]
+            parts.append(_Part(self.runs[0], -sum(weights.values()), scales[0]))
         return parts
 
     def stroke(self, force: FloatArray, T_tool: float, flow_stress: float) -> FloatArray:
@@ -155,7 +151,7 @@ class SpecimenTable:
     ) -> FloatArray:
         """Return something of the runs that rises from 0 with the force, at forces [N]."""
         total = np.zeros(len(force))
-        for run, _, weight, scale in self._parts(T_tool, flow_stress):
+        for run, weight, scale in self._parts(T_tool, flow_stress):
             total += weight * np.interp(force * scale, np.append(0.0, run.force), np.append(0.0, read(run)))
         return np.asarray(np.maximum.accumulate(np.maximum(total, 0.0)))
 
@@ -163,7 +159,7 @@ class SpecimenTable:
         """Return the contact at the end of upsetting to a force [N]."""
         parts = [
             (contact_under(run, force * scale), weight)
-            for run, _, weight, scale in self._parts(T_tool, flow_stress)
+            for run, weight, scale in self._parts(T_tool, flow_stress)
         ]
 
         def blend(name: str) -> Any:
