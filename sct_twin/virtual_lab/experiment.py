@@ -132,10 +132,8 @@ def run_test(
     F_n = _forces(told, force, loading, free, wait, plate_sd, distance, float(row["v_set"]))
     end = begin + len(plate_v)
     if unloaded > 0.0:
-        standing, falling = (
-            np.full(round(0.1 * RATE), F_n[-1]),
-            np.linspace(F_n[-1], 0.0, round(UNLOADING * RATE)),
-        )
+        standing = np.full(round(0.1 * RATE), F_n[-1])
+        falling = np.linspace(F_n[-1], 0.0, round(UNLOADING * RATE))
         F_n = np.concatenate([F_n, standing, falling, np.zeros(round(unloaded * RATE))])
     n = len(F_n)
     wobble = wander(n, 0.4 * RATE, instruments.control, rng)
@@ -216,10 +214,8 @@ def _motion(
     if ahead > 0.0:
         v = np.concatenate([v, np.full(int(np.ceil(ahead / v[-1] * RATE)), v[-1])])
     t = np.arange(len(v)) / RATE
-    ripple = 1.0 + 0.003 * np.sin(
-        2.0 * np.pi * float(rng.uniform(3.0, 8.0)) * t + float(rng.uniform(0, 6.28))
-    )
-    v = v * ripple
+    frequency, phase = float(rng.uniform(3.0, 8.0)), float(rng.uniform(0, 6.28))
+    v = v * (1.0 + 0.003 * np.sin(2.0 * np.pi * frequency * t + phase))
     v = v[: int(np.searchsorted(integral(v, 1.0 / RATE), distance + ahead)) + 1]
     if not brakes:
         return np.asarray(v)

@@ -15,6 +15,8 @@ from scipy.special import jnp_zeros, jv, polygamma
 
 from friction_models.loads import FloatArray
 
+from .bodies import Kirchhoff
+
 #: Axial eigenfunctions; what the others would add is taken to be in balance with the flux.
 AXIAL = 96
 #: Eigenfunctions across: orders in the angle, and roots of each. What they do not hold does not spread sideways.
@@ -26,9 +28,9 @@ class Cylinder:
 
     - `x`, `y`, shape (n,): centres of the cells, which are equally large [mm].
     - `radius`, `height` [mm].
-    - `conductivity` [N/(s K)], `diffusivity` [mm2/s].
+    - `steel`: transformed temperature of the body; that of the punch is 0.
     - `transfer`: of the film at the far end [N/(mm s K)].
-    - `start`: transformed temperature at the start; that of the punch is 0.
+    - `start`: temperature at the start [degC].
     """
 
     def __init__(
@@ -37,8 +39,7 @@ class Cylinder:
         y: FloatArray,
         radius: float,
         height: float,
-        conductivity: float,
-        diffusivity: float,
+        steel: Kirchhoff,
         transfer: float,
         start: float,
     ) -> None:
@@ -48,15 +49,15 @@ class Cylinder:
         lateral = squares / radius**2
         # What is left over spreads sideways at least as fast as the last of them; it is next to nothing.
         self._lateral = np.append(lateral, lateral[-1])
-        self._diffusivity = diffusivity
-        beta = _axial_roots(transfer * height / conductivity) / height
+        self._diffusivity = steel.diffusivity
+        beta = _axial_roots(transfer * height / steel.conductivity) / height
         norm = 0.5 * height + np.sin(2.0 * beta * height) / (4.0 * beta)
         self._beta2 = beta**2
-        capacity = conductivity / diffusivity
+        capacity = steel.conductivity / steel.diffusivity
         self._gain = 1.0 / (capacity * norm)
-        self._rest = 2.0 * height / (conductivity * math.pi**2) * float(polygamma(1, AXIAL))
+        self._rest = 2.0 * height / (steel.conductivity * math.pi**2) * float(polygamma(1, AXIAL))
         self._one = np.outer(self._to.sum(axis=1), np.sin(beta * height) / (beta * norm))
-        self._held = start * self._one
+        self._held = steel.transformed(start) * self._one
         self._left = np.zeros((len(x), AXIAL))
 
     def warm(self, rise: float) -> None:

@@ -16,6 +16,8 @@ from scipy.special import erf
 
 from friction_models.loads import FloatArray
 
+from .bodies import Kirchhoff
+
 #: Gauss points in the root of the time of a step: of the step that ends now, and of those before it.
 _NOW, _BEFORE = 8, 3
 #: Where a Gaussian ends, in standard deviations times sqrt 2.
@@ -27,13 +29,13 @@ class HalfSpace:
 
     - `size`: width of the square cells [mm].
     - `columns`, `rows`: cells along the sliding direction, and across it from the plane of symmetry.
-    - `effusivity` [N/(mm sqrt(s) K)], `diffusivity` [mm2/s].
+    - `steel`: transformed temperature of the body.
     """
 
-    def __init__(self, size: float, columns: int, rows: int, effusivity: float, diffusivity: float) -> None:
+    def __init__(self, size: float, columns: int, rows: int, steel: Kirchhoff) -> None:
         self.size = size
         self._shape = (columns, rows)
-        self._effusivity, self._diffusivity = effusivity, diffusivity
+        self._effusivity, self._diffusivity = steel.effusivity, steel.diffusivity
         along, across = np.arange(columns), np.arange(rows)
         self._lag = along[:, None] - along[None, :] + columns - 1
         self._near = across[:, None] - across[None, :] + rows - 1

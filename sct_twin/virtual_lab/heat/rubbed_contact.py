@@ -66,22 +66,12 @@ class RubbedContact:
         self._share = relative / (2.0 * float(relative.sum()) * size**2)
         self._h = h = heat.heat_transfer
         self._to_plate = Kirchhoff(heat.plate, T_plate)
-        self._to_specimen = steel = Kirchhoff(heat.specimen, T_punch)
-        self._plate = HalfSpace(size, columns, rows, self._to_plate.effusivity, self._to_plate.diffusivity)
-        self._specimen = Cylinder(
-            x,
-            y,
-            radius,
-            height,
-            steel.conductivity,
-            steel.diffusivity,
-            h,
-            steel.transformed(T_specimen),
-        )
+        self._to_specimen = Kirchhoff(heat.specimen, T_punch)
+        self._plate = HalfSpace(size, columns, rows, self._to_plate)
+        self._specimen = Cylinder(x, y, radius, height, self._to_specimen, h, T_specimen)
         self._flux = np.zeros(int(on.sum()))
-        self.means = ContactMeans(
-            0.5 * (T_plate + T_specimen), T_plate, T_specimen, 0.5 * (T_plate + T_specimen)
-        )
+        mean = 0.5 * (T_plate + T_specimen)
+        self.means = ContactMeans(mean, T_plate, T_specimen, mean)
 
     def warm(self, rise: float) -> None:
         """Raise the temperature of the whole specimen [K], by heat that is released in it."""
