@@ -97,7 +97,7 @@ _WITHOUT = {
     "s": "position or speed is needed",
     "v": "position or speed is needed",
 }
-_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
+UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def _unit(table: RawTable, name: str) -> str:
 def _words(name: str) -> str:
     """Return a name in small letters, words apart, umlauts written out: ``F_N,Soll`` and ``NormalForce`` alike."""
     apart = re.sub(r"(?<=[a-zäöüß])(?=[A-ZÄÖÜ])|(?<=[a-zA-Z])(?=\d)|(?<=\d)(?=[a-zA-Z])", " ", name)
-    return " ".join(re.findall(r"[^\W_]+", apart.lower().translate(_UMLAUTS)))
+    return " ".join(re.findall(r"[^\W_]+", apart.lower().translate(UMLAUTS)))
 
 
 def _score(quantity: str, name: str) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,6 +12,7 @@ from friction_models.common.ranges import is_number
 from friction_models.loads import FloatArray, missing_column
 
 from ..readers import RawTable
+from ..readers.header import numbered
 from ..records.cells import Cell, column_entry, is_given, map_content
 from ..records.channels import CHANNEL_NAMES, MOTION, REQUIRED, channel, check_scale
 from ..records.record import SctRecord
@@ -157,12 +157,7 @@ class ChannelMap:
         Raises InputError: a column is missing, has no unit or one that does not fit, or holds text.
         """
         for name in self.missing(table, upsetting):
-            twice = [
-                str(column)
-                for column in table.frame.columns
-                if re.fullmatch(rf"{re.escape(name)} \(\d+\)", column)
-            ]
-            if twice:
+            if twice := numbered(name, table.frame.columns):
                 raise InputError(
                     f"{table.source}: column {name!r} stands {len(twice)} times; allowed: a channel map that says which "
                     f"is meant, {' or '.join(map(repr, twice))}"

@@ -140,10 +140,8 @@ def join(
         if name in upsetting:
             before = upsetting[name]
         else:
-            still = (
-                0.0 if name in ("a", "v") else float(np.median(values[: max(1, min(20, len(values) // 20))]))
-            )
-            before = np.full(len(t_up), still)
+            first = values[: max(1, min(20, len(values) // 20))]
+            before = np.full(len(t_up), 0.0 if name in ("a", "v") else float(np.median(first)))
             if name not in ("a", "v", "s"):
                 notes.append(f"no {name} in the upsetting file: taken to stay as at the start of sliding")
         joined[name] = np.concatenate([before, values])

@@ -14,7 +14,7 @@ from friction_models.common.wording import counted
 from friction_models.loads.contract import POINT_COLUMNS, POINT_UNITS
 
 from ..readers import RawTable, read_file
-from .channel_guess import name_and_unit
+from .channel_guess import UMLAUTS, name_and_unit
 from .measurement_files import Source
 from .point_map import PointMap, PointMapSource
 from .point_tables import point_files, read_point_tables
@@ -30,7 +30,6 @@ _WORDS: tuple[tuple[str, str], ...] = (
     ("t", r"^(t|time|zeit|t ?since.*|elapsed ?time|messzeit)$"),
     ("T", r"^(temp|temperature|temperatur|t ?contact|contact ?temperature|kontakttemperatur)$"),
 )  # fmt: skip
-_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 
 
 def guess_point_columns(table: RawTable) -> dict[str, dict[str, str]]:
@@ -49,7 +48,7 @@ def guess_point_columns(table: RawTable) -> dict[str, dict[str, str]]:
     headings = [str(heading) for heading in table.frame.columns]
     for heading in headings:
         bare, unit = name_and_unit(heading)
-        words = re.sub(r"[\W_]+", " ", bare.translate(_UMLAUTS)).strip().casefold()
+        words = re.sub(r"[\W_]+", " ", bare.translate(UMLAUTS)).strip().casefold()
         number = table.frame[heading].dtype.kind in "fiu"
         exact = bare if bare in POINT_COLUMNS else ""
         found = exact or next((q for q, form in _WORDS if re.search(form, words)), "")
@@ -112,11 +111,8 @@ def describe_points(
     files = point_files(source)
     table = read_file(files[0])
     used = PointMap.load(point_map).used([str(c) for c in table.frame.columns])
-    show(
-        f"{len(files)} files, first {files[0].name} ({table.format})"
-        if len(files) > 1
-        else f"{files[0].name} ({table.format})"
-    )
+    many = f"{len(files)} files, first " if len(files) > 1 else ""
+    show(f"{many}{files[0].name} ({table.format})")
     for name in map(str, table.frame.columns):
         column = used.get(name)
         to = "not used" if column is None else f"-> {column.quantity or f'test table: {column.test_table}'}"

@@ -152,9 +152,8 @@ class PointMap:
 
 def _number_or_text(text: str) -> Cell:
     """Return a number where a part of a name is one, also with a decimal comma."""
-    return (
-        float(text.replace(",", ".")) if re.fullmatch(r"[+-]?\d{1,15}([.,]\d{1,15})?", text) else text.strip()
-    )
+    number = re.fullmatch(r"[+-]?\d{1,15}([.,]\d{1,15})?", text)
+    return float(text.replace(",", ".")) if number else text.strip()
 
 
 def _columns(content: Any, where: str) -> dict[str, PointColumn] | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +22,7 @@ from friction_models.loads.earlier_tables import with_columns_of
 from friction_models.loads.points import check_points
 
 from ..readers import RawTable, read_file
+from ..readers.header import numbered
 from ..records.cells import Cell
 from .measurement_files import Source, is_test_table, measurement_files, passed_over, tests_beside
 from .point_map import PointColumn, PointMap, PointMapSource
@@ -190,8 +190,7 @@ def _one(
 def _check_once(present: list[str], file: Path) -> None:
     """Raise InputError: a quantity stands in several columns; the reader numbers them."""
     for name in POINT_COLUMNS:
-        again = [column for column in present if re.fullmatch(rf"{name} \(\d+\)", column)]
-        if again:
+        if again := numbered(name, present):
             raise InputError(
                 f"{file}: column {name!r} stands {len(again)} times; allowed: once, or a point map (--map) that says which of "
                 f"{', '.join(map(repr, again))} it is"

@@ -153,9 +153,8 @@ def _zeros(zeros: Zeros) -> dict[str, float | None]:
     for name, zero in (("F_n", zeros.F_n), ("F_r", zeros.F_r)):
         row[f"{name}_zero_N"] = round(zero.before, 1) if len(zeros.rows_before) else None
         row[f"{name}_zero_end_N"] = None if zero.after is None else round(zero.after, 1)
-        row[f"{name}_zero_std_N"] = (
-            round(float(zero.std.max()), 2) if len(zeros.rows_before) or zero.after is not None else None
-        )
+        known = len(zeros.rows_before) or zero.after is not None
+        row[f"{name}_zero_std_N"] = round(float(zero.std.max()), 2) if known else None
         row[f"{name}_drift_N_per_s"] = None if zero.drift is None else round(zero.drift, 3)
     return row
 
@@ -230,9 +229,8 @@ def _check_columns(record: SctRecord) -> None:
     some = slice(None, None, max(1, len(record) // _PIECE))
     F_n, F_r = record.F_n[some], record.F_r[some]
     before = max(5, len(F_n) // 100)
-    F_n = F_n - (
-        float(np.median(F_n[-before:])) if begins_loaded(record.F_n) else float(np.median(F_n[:before]))
-    )
+    unloaded = F_n[-before:] if begins_loaded(record.F_n) else F_n[:before]
+    F_n = F_n - float(np.median(unloaded))
     F_r = np.abs(F_r - float(np.median(F_r[:before])))
     normal = float(np.percentile(F_n, 99.0))
     if -float(np.percentile(F_n, 1.0)) > max(normal, 0.0):

@@ -49,9 +49,8 @@ class FoundColumn:
         used = mapping.used(table).get(name)
         unit = (used.unit if used is not None else None) or table.units.get(name, "")
         numbers, _ = table.numbers(name)
-        low, high = (
-            float(f(numbers)) if not np.isnan(numbers).all() else np.nan for f in (np.nanmin, np.nanmax)
-        )
+        known = numbers[~np.isnan(numbers)]
+        low, high = (float(known.min()), float(known.max())) if len(known) else (np.nan, np.nan)
         return cls(name, unit, low, high, None if used is None else used.quantity)
 
 

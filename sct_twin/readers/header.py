@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from friction_models.common import InputError
@@ -93,6 +93,11 @@ def named_columns(names: Sequence[str]) -> tuple[list[str], list[str]]:
             same = [repr(new) for new, old in zip(called, given) if old == name]
             notes.append(f"column {name!r} stands {len(same)} times: called {', '.join(same)}")
     return called, notes
+
+
+def numbered(name: str, columns: Iterable[object]) -> list[str]:
+    """Return what `named_columns` has called the columns of one name: those in `columns` that are ``name (1)`` and so on."""
+    return [str(column) for column in columns if re.fullmatch(rf"{re.escape(name)} \(\d+\)", str(column))]
 
 
 def is_unit(text: str) -> bool:

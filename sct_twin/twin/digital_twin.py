@@ -170,7 +170,7 @@ class SctTwin(TwinSettings):
         summary = pd.DataFrame([{"test_id": test_id, **results[test_id].summary} for test_id in done])
         summary = summary.drop(columns="fingerprint")
         tests = source.tests[source.tests["test_id"].isin(done)].merge(summary, on="test_id", how="left")
-        left_out = [{"test_id": test_id, "reason": failures[test_id]} for test_id in failures]
+        left_out = [{"test_id": test_id, "reason": reason} for test_id, reason in failures.items()]
         info: dict[str, object] = {
             "synthetic": source.synthetic,
             "kind": KIND,
@@ -180,9 +180,8 @@ class SctTwin(TwinSettings):
             "software": _software(),
             "left_out": left_out,
         }
-        for key in ("notice", "plan", "specimen", "plate"):
-            if key in source.info:
-                info[key] = source.info[key]
+        about = ("notice", "plan", "specimen", "plate")
+        info |= {key: source.info[key] for key in about if key in source.info}
         missing = pd.DataFrame(left_out, columns=["test_id", "reason"])
         result = TwinResult(points, tests.reset_index(drop=True), info, missing)
         if result.remarks:

@@ -52,15 +52,13 @@ def heat_of_upsetting(
     (r0, z0), (r1, z1) = punch.outline()[:-1].T, punch.outline()[1:].T
     volume = math.pi / 3.0 * float(((z1 - z0) * (r0**2 + r0 * r1 + r1**2)).sum())
     heat = material.taylor_quinney * plastic / volume
+
+    def heat_between(low: float, high: float) -> float:
+        return float(integral(material.heat_capacity, high) - integral(material.heat_capacity, low))
+
     # Capacity hardly changes over the rise: its mean over the rise that it gives at T0 will do.
-    first = heat / float(
-        integral(material.heat_capacity, T0 + 0.5) - integral(material.heat_capacity, T0 - 0.5)
-    )
-    rise = first
-    if first > 0.0:
-        mean = (
-            float(integral(material.heat_capacity, T0 + first) - integral(material.heat_capacity, T0)) / first
-        )
-        rise = heat / mean
+    rise = heat / heat_between(T0 - 0.5, T0 + 0.5)
+    if rise > 0.0:
+        rise = heat / (heat_between(T0, T0 + rise) / rise)
     age = float((t[-1] - 0.5 * (t[1:] + t[:-1])) @ work) / total
     return UpsettingHeat(T0 + rise, age)
