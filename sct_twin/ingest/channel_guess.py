@@ -31,27 +31,15 @@ _NAMES: dict[str, tuple[tuple[int, str], ...]] = {
         (_PLAIN, r"^(t|zeit|time)\b|\b(mess)?zeit\b|\btime\b|\btimestamps?\b|^t (s|ms|sec)$"),
     ),
     "F_n": (
-        (
-            _SURE,
-            r"normal ?(kraft|force|load|last)|\bf ?(n|z)\b|\b(kraft|force|last|load) ?[nz]\b|\b[nz] ?(kraft|force)\b",
-        ),
-        (
-            _SURE,
-            r"axial ?(kraft|force|load)|(anpress|druck|press|stempel|stauch|vertikal)kraft|(vertical|punch|press) force",
-        ),
+        (_SURE, r"normal ?(kraft|force|load|last)|\bf ?(n|z)\b|\b(kraft|force|last|load) ?[nz]\b|\b[nz] ?(kraft|force)\b"),
+        (_SURE, r"axial ?(kraft|force|load)|(anpress|druck|press|stempel|stauch|vertikal)kraft|(vertical|punch|press) force"),
         (_SURE, r"^(f|kraft|force) (norm\w*|ax\w*|vert\w*)$"),
         (_PLAIN, r"\bload\b(?! cell)|\blast\b"),
         (_MAYBE, r"kraft|force|\bload cell|\bkmd\b|^f\b"),
     ),
     "F_r": (
-        (
-            _SURE,
-            r"reib\w*kraft|friction ?force|\bf ?(r|t|x|reib\w*|fric\w*)\b|\b(kraft|force) ?[rtx]\b|\b[x] ?(kraft|force)\b",
-        ),
-        (
-            _SURE,
-            r"(tangential|quer|scher|schub|zug|horizontal|schiebe)kraft|(tangential|shear|lateral|pull|drive) ?force",
-        ),
+        (_SURE, r"reib\w*kraft|friction ?force|\bf ?(r|t|x|reib\w*|fric\w*)\b|\b(kraft|force) ?[rtx]\b|\b[x] ?(kraft|force)\b"),
+        (_SURE, r"(tangential|quer|scher|schub|zug|horizontal|schiebe)kraft|(tangential|shear|lateral|pull|drive) ?force"),
         (_SURE, r"^(kraft|force) (tang\w*|hor\w*|quer)$|^(friction|reibung)$"),
         (_MAYBE, r"kraft|force|\bload cell|\bkmd\b|^f\b"),
     ),
@@ -59,26 +47,14 @@ _NAMES: dict[str, tuple[tuple[int, str], ...]] = {
         (0, r"bewegung"),
         (_MAYBE, rf"({_PUNCH}).*(weg|pos|hub|stroke|disp)|(weg|pos\w*|hub|stroke|disp\w*).*({_PUNCH})"),
         (_MAYBE, r"\bhub\b|\bstroke\b|^distance\b|^strecke\b"),
-        (
-            _SURE,
-            rf"({_PLATE}).*(weg|pos|disp|travel|distance|strecke)|(weg|pos\w*|disp\w*|travel|^s|^x) .*({_PLATE})|gleitweg|\bx plate\b",
-        ),
-        (
-            _PLAIN,
-            r"\b(mess)?weg(aufnehmer|sensor|e)?\b|\bpos\w*|\bdisp\w*|verschiebung|verfahrweg|\btravel\b|^s\b|^x\b|\bpath\b",
-        ),
+        (_SURE, rf"({_PLATE}).*(weg|pos|disp|travel|distance|strecke)|(weg|pos\w*|disp\w*|travel|^s|^x) .*({_PLATE})|gleitweg|\bx plate\b"),
+        (_PLAIN, r"\b(mess)?weg(aufnehmer|sensor|e)?\b|\bpos\w*|\bdisp\w*|verschiebung|verfahrweg|\btravel\b|^s\b|^x\b|\bpath\b"),
     ),
     "a": ((_PLAIN, r"\bbeschl\w*|\bacc\w*|^a\b|\w+beschleunigung"),),
     "T_plate": (
-        (
-            0,
-            r"prob(e|en)|specimen|sample|umgebung|ambient|raum|\broom\b|luft|\bair\b|\boel|\boil\b|kuehl|cool|motor|werkstueck|workpiece",
-        ),
+        (0, r"prob(e|en)|specimen|sample|umgebung|ambient|raum|\broom\b|luft|\bair\b|\boel|\boil\b|kuehl|cool|motor|werkstueck|workpiece"),
         (_MAYBE, r"werkzeug|\btool\b|stempel|punch|matrize|\bdie\b|ofen|furnace|oven|heiz|heat"),
-        (
-            _SURE,
-            rf"({_PLATE}).*(?<!s)(temp|thermo)|((?<!s)temp\w*|thermo\w*|^t|^tc|^te) .*({_PLATE})|^t ?plat\w*$",
-        ),
+        (_SURE, rf"({_PLATE}).*(?<!s)(temp|thermo)|((?<!s)temp\w*|thermo\w*|^t|^tc|^te) .*({_PLATE})|^t ?plat\w*$"),
         (_PLAIN, r"(?<!s)temp\w*|thermo\w*|^tc\b|^te\b|^t\b"),
     ),
     "v": (
@@ -87,7 +63,7 @@ _NAMES: dict[str, tuple[tuple[int, str], ...]] = {
         (_SURE, rf"({_PLATE}).*(geschw|speed|vel)|(geschw\w*|speed|vel\w*|^v) .*({_PLATE})"),
         (_PLAIN, r"geschw\w*|\bspeed\b|\bvel\w*|^v\b"),
     ),
-}
+}  # fmt: skip
 #: Stands for a unit that only the laboratory knows.
 _ASK = "?"
 #: What to do where no column is found; the others are needed.
