@@ -1,17 +1,148 @@
-"""How the contact of a test is found: from its forces, its geometry and, where it was measured, its diameter."""
+"""How the contact of a test is found: from its forces, its geometry and, where it was measured after the test, its diameter.
+
+The diameter corrects the flow stress or the area of the upsetting run.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from forming.tools.punch_geometry import PunchGeometry
+from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
-from .contact_diameter import AREA, FORCE_AND_AREA, READING, FoundContact, read_at_diameter
+from ..records.record import SctRecord
 from .uncertainty import AreaAndPsi, GivenUncertainty, other_dimensions, other_friction
-from .upsetting import SPEED, UpsettingCase, UpsettingRun, contact_forces, known_upset, local_fit, run_force
+from .upsetting import (
+    FILLED,
+    SPEED,
+    UpsettingCase,
+    UpsettingRun,
+    contact_forces,
+    known_upset,
+    local_fit,
+    run_force,
+)
+
+#: Column of the test table [mm].
+COLUMN = "contact_diameter"
+#: Column of the test table that says how it was used, and two of its values.
+USE, FORCE_AND_AREA, AREA = "contact_diameter_use", "force and area", "area"
+#: What a caliper or a microscope is trusted to [mm].
+READING = 0.05
+#: Least d ln(area) / d ln(force) at which the force is read from the area. Below, `READING` and the mesh, 0.5 % of the
+#: area each, are worth more than the few percent of flow stress that they are to correct.
+LEAST_GROWTH = 0.4
+#: Largest and smallest force at which the run is read, over the measured one.
+SHIFTS = (0.85, 1.15)
+#: Largest relative difference from the run's diameter where the force is not read from it.
+DIFFERS = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class FoundContact:
+    """The upsetting run of a test as it is to be read, and how a measured contact diameter was used for that."""
+
+    upsetting: UpsettingRun
+    #: ``"force and area"``: the run is read at the force at which its area is the measured one; ``"area"``:
+    #: the area is the measured one, all else is read at the measured force; ``"compared"``: the bore is
+    #: filled and the run stays; ``"not used"``; empty: no diameter was measured.
+    use: str = ""
+    #: Why the diameter does not fit; empty where it does.
+    remark: str = ""
+
+    def summary(self) -> dict[str, float | str]:
+        """Return the columns that a measured diameter adds to the test table."""
+        if not self.use:
+            return {}
+        return {
+            "flow_stress_ratio": round(self.upsetting.flow_stress, 5),
+            USE: self.use,
+            "contact_diameter_remark": self.remark,
+        }
+
+
+def measured_diameter(record: SctRecord, punch: PunchGeometry) -> float | None:
+    """Return the diameter of the contact as the test table says it [mm]; None where it was not measured.
+
+    Raises InputError: no number, or no diameter of a contact of this specimen.
+    """
+    diameter = record.number(COLUMN, math.inf)
+    low, high = 0.1 * punch.specimen_diameter, 2.0 * punch.specimen_diameter
+    if diameter == math.inf:
+        return None
+    if not low <= diameter <= high:
+        raise InputError(
+            f"{record.where}: metadata {COLUMN!r} is {diameter!r}; allowed: {low:g} to {high:g} mm, "
+            "or empty where it was not measured"
+        )
+    return diameter
+
+
+def read_at_diameter(
+    run_to: Callable[[float], UpsettingRun], force: float, diameter: float, punch: PunchGeometry
+) -> FoundContact:
+    """Return the run, read so that the contact under a force has the measured diameter.
+
+    A contact under the force F of a specimen whose flow stress is f times that of the run is the contact
+    of the run under F / f. With the measured area A this gives F / f = F*, where the run's area is A; the
+    relation of area and force is the smoothed one of `UpsettingRun.at`. Where the area hardly depends on the
+    force, it replaces that of the run; a filled bore stays.
+
+    - `run_to`: returns the run to somewhat beyond a force [N]; asked for more than `force`, the highest of the test,
+      only where the diameter says so.
+    """
+    bore = punch.bore_diameter or math.inf
+    upsetting = run_to(force)
+    expected = 2.0 * upsetting.at(force).radius
+    low, high = (1.0 - DIFFERS) * expected, (1.0 + DIFFERS) * expected
+    near, filled = low <= diameter <= high, expected > FILLED * bore
+    if not filled and growth(upsetting, force) >= LEAST_GROWTH:
+        if 2.0 * upsetting.at(float(upsetting.result.force.max()) / 1.05).radius < diameter:
+            # A specimen that cannot carry so much is read as far as it goes.
+            with suppress(InputError):
+                upsetting = run_to(SHIFTS[1] * force)
+        forces, diameters = _relation(upsetting, force)
+        wanted = diameter
+        if diameters[-1] > FILLED * bore and diameter <= bore + 3.0 * READING:
+            # The print of a filled bore, read somewhat too large.
+            wanted = min(diameter, float(diameters[-1]))
+        if diameters[0] <= wanted <= diameters[-1]:
+            at = float(np.interp(wanted, diameters, forces))
+            return FoundContact(replace(upsetting, flow_stress=force / at), FORCE_AND_AREA)
+        low, high = min(low, float(diameters[0])), max(high, float(diameters[-1]))
+    if not near:
+        return FoundContact(
+            upsetting,
+            "not used",
+            f"{COLUMN} = {diameter:g} mm; allowed: {low:.2f} to {high:.2f} mm for this specimen under "
+            f"{force * 1e-3:.1f} kN, by which it has {expected:.2f} mm; the measured one was not used",
+        )
+    if filled:
+        return FoundContact(upsetting, "compared")
+    factor = (min(diameter, bore) / expected) ** 2
+    return FoundContact(replace(upsetting, area_factor=factor), AREA)
+
+
+def _relation(upsetting: UpsettingRun, force: float) -> tuple[FloatArray, FloatArray]:
+    """Return forces [N] within `SHIFTS` and the rising diameters [mm] of the run there."""
+    forces = force * np.linspace(*SHIFTS, 31)
+    forces = forces[forces <= float(upsetting.result.force.max())]
+    diameters = np.maximum.accumulate([2.0 * upsetting.at(float(f)).radius for f in forces])
+    rising = np.append(True, np.diff(diameters) > 1e-9 * diameters[-1])
+    return forces[rising], diameters[rising]
+
+
+def growth(upsetting: UpsettingRun, force: float) -> float:
+    """Return d ln(area) / d ln(force) of the run, over 5 % to either side."""
+    ratios: FloatArray = np.array([0.95, 1.05])
+    areas = [upsetting.at(float(ratio * force)).area for ratio in ratios]
+    return math.log(areas[1] / areas[0]) / math.log(ratios[1] / ratios[0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,7 @@ from ..records.record import SctRecord
 from ..signals.filters import smooth
 from ..signals.sliding_phase import TestSignals, process
 from ..signals.sliding_series import resample
-from .contact_diameter import measured_diameter
-from .contact_reading import ContactReading
+from .contact_reading import ContactReading, measured_diameter
 from .heat.sliding import TemperatureHistory, rest, slide
 from .heat.thermal_settings import ThermalBody, ThermalSettings
 from .test_result import TestResult

@@ -15,7 +15,7 @@ from forming.materials.materials import Material, steel_16MnCr5
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
 from sct_twin import RawCampaign, SctRecord, SctTwin
-from sct_twin.twin.contact_diameter import growth, read_at_diameter
+from sct_twin.twin.contact_reading import growth, read_at_diameter
 from sct_twin.twin.upsetting import UpsettingCase, UpsettingRun, known_upset, run_force
 
 Maker = Callable[..., SctRecord]
@@ -78,7 +78,7 @@ def test_a_diameter_that_cannot_be_is_not_used(factor: float) -> None:
 
 def test_a_little_beyond_the_run_the_area_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     # Shifts of 1 % only: the diameter needs more, but it may well be the contact's.
-    monkeypatch.setattr("sct_twin.twin.contact_diameter.SHIFTS", (0.99, 1.01))
+    monkeypatch.setattr("sct_twin.twin.contact_reading.SHIFTS", (0.99, 1.01))
     expected = 2.0 * of_the_table(FORCE).at(FORCE).radius
     found = read_at_diameter(of_the_table, FORCE, 0.985 * expected, PUNCH)
     assert found.use == "area" and found.upsetting.flow_stress == 1.0

@@ -16,8 +16,7 @@ from friction_models.loads import FloatArray
 from sct_twin.twin import upsetting
 from sct_twin.twin.heat import contact_temperature
 from sct_twin.twin.heat.thermal_settings import ThermalSettings
-from sct_twin.twin.heat.upsetting_heat import UpsettingHeat
-from sct_twin.twin.upsetting import ContactState, UpsettingCase, UpsettingRun, robust_upset
+from sct_twin.twin.upsetting import ContactState, UpsettingCase, UpsettingHeat, UpsettingRun, robust_upset
 from sct_twin.virtual_lab.contact.contact_state import LabContact, contact_under
 from sct_twin.virtual_lab.contact.specimen_run import FRACTION, Upsetting, upset_specimen
 from sct_twin.virtual_lab.heat.bodies import HeatBody, LabHeat

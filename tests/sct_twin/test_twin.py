@@ -20,7 +20,7 @@ from friction_models.estimation.campaign.metadata import EVALUATED, metadata_col
 from friction_models.loads import POINT_COLUMNS, DataSet
 from sct_twin import RawCampaign, SctTwin, TwinResult
 from sct_twin.ingest.campaign_files import ingest
-from sct_twin.twin import contact_diameter
+from sct_twin.twin import contact_reading
 from sct_twin.twin.test_result import read_netcdf
 from sct_twin.virtual_lab import load_truth
 
@@ -76,7 +76,7 @@ def test_what_the_twin_adds_to_the_test_table_is_no_metadata(
     settings = set(metadata_columns(DataSet.load(folder).loads()))
     added = set(result.tests.columns) - set(tiny.tests.columns)
     assert {"mu_mean", "psi_mean"} <= added, "it adds averages that follow from mu"
-    contact = {"flow_stress_ratio", contact_diameter.USE, "contact_diameter_remark"}
+    contact = {"flow_stress_ratio", contact_reading.USE, "contact_diameter_remark"}
     assert contact <= EVALUATED, "added where a diameter was measured"
     assert settings & added <= {"F_r_zero", "F_r_zero_end"}, (
         "the zero of the force sensor is read, not evaluated"

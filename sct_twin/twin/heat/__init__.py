@@ -1,1 +1,1 @@
-"""Heat of upsetting and sliding: temperatures of specimen and plate, and the check of them. It sees no other part of the twin."""
+"""Heat of sliding: temperatures of specimen and plate, and the check of them. It sees no other part of the twin."""
