@@ -8,8 +8,7 @@ from dataclasses import replace
 from ..materials.materials import Material
 from ..processes.friction_input import CONSTANT_SHEAR
 from ..processes.upsetting import RingCompression
-from .calculix import Compression
-from .calculix_rows import bore_key, calculix_numbers
+from .calculix import Compression, bore_key, calculix_numbers
 from .case import FROZEN_RATE, Case, Outcome, Row, Unfinished, account_rows, case, finished, rate_independent
 from .ring_closed_form import (
     BY_M,

@@ -6,8 +6,7 @@ import math
 
 from ..materials.materials import steel_16MnCr5
 from ..processes.upsetting import Upsetting
-from .calculix import Compression
-from .calculix_rows import calculix_numbers
+from .calculix import Compression, calculix_numbers
 from .case import Case, Row, account_rows, case, finished, published_flow_stress, rate_independent
 
 GROUP = "Upsetting"
