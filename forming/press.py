@@ -164,20 +164,14 @@ class PressCurves:
                 raise InputError(
                     f"{table}: column 'file', row {row}: {name!r}; allowed: a path inside the folder"
                 )
+            T_tool, speed = (float(numbers[q.name][row]) for q in _LEVEL_LIMITS)
+            curves = read_curves(folder / name)
+            synthetic = _truth(entry.get("synthetic", False), table, row)
             levels.append(
-                PressLevel(
-                    process=process,
-                    T_tool=float(numbers["T_tool"][row]),
-                    speed=float(numbers["speed"][row]),
-                    lubricant=str(entry["lubricant"]),
-                    file=name,
-                    curves=read_curves(folder / name),
-                    synthetic=_truth(entry.get("synthetic", False), table, row),
-                )
+                PressLevel(process, T_tool, speed, str(entry["lubricant"]), name, curves, synthetic)
             )
-        return cls(
-            tuple(levels), read_json(folder / "press.json") if (folder / "press.json").is_file() else {}
-        )
+        about = folder / "press.json"
+        return cls(tuple(levels), read_json(about) if about.is_file() else {})
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the folder, atomically; return its path."""

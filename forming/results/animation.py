@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from friction_models.common import InputError
-from friction_models.common.markup import document
 
 from ..fe.mesh.shape import FloatArray
 from .drawing import BANDS, Window, colours, map_of, ticks, tool_polygon
@@ -54,11 +53,6 @@ def animation(
     template = files(__package__).joinpath("animation.html").read_text(encoding="utf-8")
     # Names in the data come from files: no tag can end the script element.
     return template.replace("@DATA@", text.replace("<", "\\u003c"))
-
-
-def animation_page(history: FieldHistory, field: str = "T", stroke: float | None = None) -> str:
-    """Return the animation as a page of its own."""
-    return document("Fields of a forming run", "", animation(history, field, stroke))
 
 
 def _data(

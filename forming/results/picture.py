@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from friction_models.common import InputError, unknown_name, write_text
+from friction_models.common.markup import document
 
 from ..fe.mesh.shape import FloatArray
-from .animation import animation_page
+from .animation import animation
 from .drawing import (
     BANDS,
     FONT,
@@ -49,7 +50,8 @@ def write_picture(
     if kind == ".svg":
         return write_text(path, svg(history, field, shown.stroke))
     if kind == ".html":
-        return write_text(path, animation_page(history, field, shown.stroke))
+        page = animation(history, field, shown.stroke)
+        return write_text(path, document("Fields of a forming run", "", page))
     raise InputError(
         f"{path}: a picture is written as {kind or 'a file without suffix'}; allowed: .svg, .html"
     )

@@ -120,18 +120,9 @@ def grip_patches(simulation: Simulation) -> tuple[GripPatch, ...]:
             if not len(patch):
                 continue
             force = 2.0 * math.pi * table[patch, PRESSURE] * state.weights[patch]
-            (r_low, z_low), (r_high, z_high) = surface[patch].min(axis=0), surface[patch].max(axis=0)
-            area = 2.0 * math.pi * float(state.weights[patch].sum())
+            r, z = surface[patch].T
+            place = float(r.min()), float(r.max()), float(z.min()), float(z.max())
+            pressure = float(force.sum()) / (2.0 * math.pi * float(state.weights[patch].sum()))
             axial = float((mu[patch] * force * np.abs(table[patch, NORMAL_R])).sum())
-            found.append(
-                GripPatch(
-                    tool.name,
-                    float(r_low),
-                    float(r_high),
-                    float(z_low),
-                    float(z_high),
-                    float(force.sum()) / area,
-                    axial * 1e-3,
-                )
-            )
+            found.append(GripPatch(tool.name, *place, pressure, axial * 1e-3))
     return tuple(found)

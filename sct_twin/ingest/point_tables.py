@@ -133,13 +133,9 @@ def _with_tests_beside(
     return table, said
 
 
-def _is_data_set(source: Source) -> bool:
-    return isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file()
-
-
 def point_files(source: Source) -> list[Path]:
     """Return the files; of a single folder also tables that are called as those of a data set."""
-    if isinstance(source, str | os.PathLike) and _is_data_set(source):
+    if isinstance(source, str | os.PathLike) and (Path(source) / "points.csv").is_file():
         return [Path(source) / "points.csv"]
     files = measurement_files(source)[0]
     return [file for file in files if not is_test_table(file)] or files
@@ -182,7 +178,9 @@ def _one(
         notes.append(f"{counted(gone, 'test')} without a row within the limits left out")
     for name, column in used.items():
         if column.test_table is not None:
-            values = _cells(table.frame[name])[kept].reset_index(drop=True)
+            values = table.frame[name]
+            values = values if values.dtype.kind in "fiu" else _texts(values)
+            values = values[kept].reset_index(drop=True)
             _add_column(tests, frame["test_id"], values, name, column.test_table, file)
     return frame, tests, notes
 
@@ -234,10 +232,6 @@ def _texts(values: pd.Series) -> pd.Series:
         # Names repeat from row to row.
         return values.map({v: str(v).strip() for v in values.dropna().unique()})
     return values.map(lambda v: str(v).strip(), na_action="ignore")
-
-
-def _cells(values: pd.Series) -> pd.Series:
-    return values if values.dtype.kind in "fiu" else _texts(values)
 
 
 def _add_column(

@@ -87,11 +87,9 @@ def remarks(found: Survey, width: int = 80) -> list[str]:
             about.setdefault(_NUMBER.sub("#", said), []).append((str(row["test_id"]), said))
     lines = []
     for remark in about.values():
-        tests = [test for test, _ in remark]
-        more = f" and {len(tests) - _NAMED} more" if len(tests) > _NAMED else ""
         same = len({said for _, said in remark}) == 1
         said = remark[0][1] if same else f"{remark[0][1]} (numbers of the first)"
-        lines += _wrapped(f"{', '.join(tests[:_NAMED])}{more}: {said}", width)
+        lines += _wrapped(f"{_named([test for test, _ in remark])}: {said}", width)
     lines += [line for said in _left_out(found.left_out) for line in _wrapped(f"left out: {said}", width)]
     if found.proposal is not None:
         said = f"test_id: '{found.proposal}' (in channels.yaml, or as --test-id) takes the names of the test table out of"
@@ -108,12 +106,16 @@ def _left_out(entries: Sequence[LeftOut]) -> list[str]:
         name = Path(file).name if file or quoted is None else quoted[0]
         key = reason.replace(file, "") if file else _QUOTED.sub("", reason)
         same.setdefault(_NUMBER.sub("#", key), []).append((name, reason))
-    return [f"{group[0][1]}{_also([name for name, _ in group[1:]])}" for group in same.values()]
+    lines = []
+    for (_, reason), *others in same.values():
+        also = f" (also {_named([name for name, _ in others])})" if others else ""
+        lines.append(f"{reason}{also}")
+    return lines
 
 
-def _also(names: Sequence[str]) -> str:
+def _named(names: Sequence[str]) -> str:
     more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f" (also {', '.join(names[:_NAMED])}{more})" if names else ""
+    return f"{', '.join(names[:_NAMED])}{more}"
 
 
 def _layout(group: Sequence[FileFound], width: int) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import InputError
+from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
 from ..records.cells import is_given
@@ -181,8 +182,7 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
     """Return what a row of the quality table says against a test that was taken over all the same."""
     said = []
     if row["gaps"]:
-        many = "s" if row["gaps"] > 1 else ""
-        said.append(f"{row['gaps']} gap{many}, the largest {row['largest_gap_s']:g} s")
+        said.append(f"{counted(row['gaps'], 'gap')}, the largest {row['largest_gap_s']:g} s")
     for name in str(row["not_recorded"] or "").split():
         said.append(f"{name} not recorded: {_LOST[name]}")
     for name in ("F_n", "F_r"):
@@ -190,8 +190,7 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
             said.append(f"{name} clipped in {row[f'{name}_clipped']} samples")
         if row[f"{name}_spikes"]:
             left = "replaced" if row["spikes_removed"] else "left in (despike: true replaces them)"
-            count = row[f"{name}_spikes"]
-            said.append(f"{count} spike{'s' if count > 1 else ''} in {name}, {left}")
+            said.append(f"{counted(row[f'{name}_spikes'], 'spike')} in {name}, {left}")
         before, after = row[f"{name}_zero_N"], row[f"{name}_zero_end_N"]
         if before is None and after is None:
             said.append(f"no unloaded samples: the zero of {name} is unknown, mu_std is without it")

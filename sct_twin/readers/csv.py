@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.common import InputError
+from friction_models.common.wording import counted
 
 from .numerals import numbers_of
 from .table import MAX_ROWS, RawTable, check_file, check_shape
@@ -171,8 +172,7 @@ def _without_footer(
         said = next((s for k in range(end, len(rows)) if (s := _shown(file, layout, k))), "")
     if not said:
         return kept, []
-    many = len(rows) - end
-    return kept, [f"{many} line{'s' if many > 1 else ''} behind the numbers passed over: {said!r}"]
+    return kept, [f"{counted(len(rows) - end, 'line')} behind the numbers passed over: {said!r}"]
 
 
 def _numbered_line(file: Path, layout: TextLayout, row: int) -> tuple[int, str]:

@@ -13,6 +13,7 @@ import pandas as pd
 
 from friction_models.common import InputError
 from friction_models.common.ranges import is_number
+from friction_models.common.wording import counted
 
 from .formats import library
 from .header import find_header, named_columns
@@ -140,9 +141,7 @@ def _framed(
     if header.row is None:
         notes.insert(0, "no row of names above the numbers: columns are called by their places")
     if closing:
-        notes.append(
-            f"{len(closing)} row{'s' if len(closing) > 1 else ''} behind the numbers passed over: {closing[0][1]!r}"
-        )
+        notes.append(f"{counted(len(closing), 'row')} behind the numbers passed over: {closing[0][1]!r}")
     check_shape(len(table), width, where)
     padded = [(*row, *([None] * (width - len(row)))) for row in table]
     columns: dict[str, np.ndarray] = {}

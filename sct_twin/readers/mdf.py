@@ -52,15 +52,11 @@ def read_mdf(file: Path) -> RawTable:
                 if samples.ndim != 1 or samples.dtype.kind not in "fiub" or samples.dtype.itemsize > 8:
                     notes.append(f"channel {name!r} holds no plain numbers: left out")
                     continue
-                clock = "t" if master is None else text_of(group.channels[master].name)
-                signals.append(
-                    Signal(
-                        name,
-                        text_of(signal.unit or ""),
-                        samples,
-                        None if master is None else np.asarray(signal.timestamps, np.float64),
-                        f"group {index}",
-                        clock or "t",
-                    )
-                )
+                unit, place = text_of(signal.unit or ""), f"group {index}"
+                if master is None:
+                    signals.append(Signal(name, unit, samples, group=place))
+                else:
+                    time = np.asarray(signal.timestamps, np.float64)
+                    clock = text_of(group.channels[master].name) or "t"
+                    signals.append(Signal(name, unit, samples, time, place, clock))
     return table_of_signals(signals, str(file), "MDF", notes)

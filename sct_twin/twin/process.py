@@ -137,13 +137,7 @@ class SctProcess:
             raise InputError(f"SCT process: speed = {speed!r} mm/s; allowed: a finite number above 0")
         if not (math.isfinite(t_wait) and 0.0 <= t_wait <= 1e5):
             raise InputError(f"SCT process: t_wait = {t_wait!r} s; allowed: 0 to 1e5 s")
-        self.punch = PunchGeometry(
-            specimen_diameter=specimen_diameter,
-            specimen_height=specimen_height,
-            bore_diameter=bore or None,
-            tip_diameter=tip or None,
-            tip_height=tip_height,
-        )
+        self.punch = PunchGeometry(specimen_diameter, specimen_height, bore or None, tip or None, tip_height)
         self.F_max, self.speed = float(F_max), float(speed)
         steel = as_material(material)
         self.thermal = thermal or ThermalSettings(specimen=ThermalBody.of(steel))

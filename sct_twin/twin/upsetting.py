@@ -168,13 +168,8 @@ def geometry(record: SctRecord) -> PunchGeometry:
     `tip` (none: the whole end face) and `tip_height`, all in mm.
     """
     bore, tip = record.number("bore", 0.0), record.number("tip", 0.0)
-    return PunchGeometry(
-        specimen_diameter=record.number("specimen_diameter", 15.0),
-        specimen_height=record.number("specimen_height", 15.0),
-        bore_diameter=bore or None,
-        tip_diameter=tip or None,
-        tip_height=record.number("tip_height", 2.5),
-    )
+    size = record.number("specimen_diameter", 15.0), record.number("specimen_height", 15.0)
+    return PunchGeometry(*size, bore or None, tip or None, record.number("tip_height", 2.5))
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,6 @@ from .lubricants import lubricant_named
 from .plans import UNITS, PlanRow, make_plan, parse_plan, read_plan
 from .rig.drive import RATE
 from .rig.file_formats import file_format as file_format_named
-from .rig.file_formats import write_channel_map
 from .rig.instruments import Faults, Instruments
 from .rig.specimen import DIAMETER, HEIGHT, Rig, SpecimenTable, perturbations
 from .specimen_runs import solver_fingerprint, specimen_tables
@@ -238,7 +237,7 @@ class Campaign:
                 scatter = write_truth(waiting / "truth", folder, ids, truth)
                 write_tables(folder, self._measured_after(tests, scatter), self._info(kind.name))
                 if kind.name != "canonical":
-                    write_channel_map(folder, kind, self.sensors.moving_mass)
+                    write_text(folder / "channels.yaml", kind.channel_map(self.sensors.moving_mass))
             shutil.rmtree(waiting, ignore_errors=True)
         return target
 

@@ -32,7 +32,7 @@ from sct_twin.virtual_lab.law import ContactLaw, TrueLaw
 from sct_twin.virtual_lab.plans import complete_plan
 from sct_twin.virtual_lab.protocols import Schedule
 from sct_twin.virtual_lab.rig.drive import commanded, on_elastic_drive
-from sct_twin.virtual_lab.rig.file_formats import DIGITS, write_channel_map
+from sct_twin.virtual_lab.rig.file_formats import DIGITS
 from sct_twin.virtual_lab.rig.instruments import RECORDED, lagged
 
 from .test_virtual_lab import loads
@@ -71,7 +71,7 @@ def test_files_of_every_format_hold_the_test(tmp_path: Path, record_maker: Maker
     record = record_maker(noise=1.0)
     frame = record.to_frame()[list(RECORDED)]
     kind.save(tmp_path / f"größe{kind.suffix}", frame)
-    write_channel_map(tmp_path, kind, 25.0)
+    (tmp_path / "channels.yaml").write_text(kind.channel_map(25.0))
     mapping = ChannelMap.load(tmp_path / "channels.yaml")
     assert mapping.moving_mass == 25.0
     again = mapping.record(read_file(tmp_path / f"größe{kind.suffix}"), "x")

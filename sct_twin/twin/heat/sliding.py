@@ -37,13 +37,8 @@ def rest(contact: SlidingContact, seconds: float) -> None:
     """Let specimen and plate lie on each other without sliding; steps grow with time."""
     if seconds <= 0.0:
         return
-    for dt in np.diff(rest_ends(seconds)):
+    for dt in np.diff(np.linspace(0.0, 1.0, 25) ** 2 * seconds):
         contact.advance(float(dt), 0.0, 0.0)
-
-
-def rest_ends(seconds: float) -> FloatArray:
-    """Return the times at which the thermal steps of a rest end [s], from 0 on."""
-    return np.linspace(0.0, 1.0, 25) ** 2 * seconds
 
 
 def slide(

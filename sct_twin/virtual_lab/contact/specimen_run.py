@@ -160,15 +160,10 @@ class _Run:
             length, radius = contact_edge(surface, forces > 0.0, self._bore)
             self._edge = radius
             on = np.flatnonzero(forces > 0.0)
-            self._rows.append(
-                (
-                    simulation.force,
-                    math.pi * radius**2,
-                    self._points.mean_expansion(length, surface),
-                    self.case.punch.specimen_height - state.stroke,
-                    state.energy.heat_generated / self._capacity,
-                )
-            )
+            psi = self._points.mean_expansion(length, surface)
+            height = self.case.punch.specimen_height - state.stroke
+            rise = state.energy.heat_generated / self._capacity
+            self._rows.append((simulation.force, math.pi * radius**2, psi, height, rise))
             self._profiles.append(pressure(surface[on, 0], forces[on], radius))
         return simulation.force >= self.case.force
 

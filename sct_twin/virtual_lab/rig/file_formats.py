@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from friction_models.common import unknown_name, write_text
+from friction_models.common import unknown_name
 from friction_models.common.units import conversion
 
 from ...records.channels import CHANNELS
@@ -145,8 +145,3 @@ def file_format(name: str) -> FileFormat:
     if name not in FORMATS:
         raise unknown_name("file format", name, FORMATS)
     return FORMATS[name]
-
-
-def write_channel_map(folder: Path, kind: FileFormat, moving_mass: float) -> None:
-    """Write `channels.yaml` beside the files of a rig."""
-    write_text(folder / "channels.yaml", kind.channel_map(moving_mass))
