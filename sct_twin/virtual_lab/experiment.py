@@ -245,17 +245,8 @@ def _follow(
     mu = max(float(law.mu(start)[0]) + offset, LEAST_MU_WITH_SCATTER)
     mass = instruments.moving_mass * 1e-3
     damping = 2.0 * instruments.damping * float(np.sqrt(instruments.stiffness * mass))
-    sd, pull = on_elastic_drive(
-        drive,
-        np.full(len(drive), force),
-        mu,
-        instruments.static,
-        instruments.static_length,
-        instruments.stiffness,
-        damping,
-        mass,
-        1.0 / RATE,
-    )
+    static = instruments.static, instruments.static_length
+    sd, pull = on_elastic_drive(drive, force, mu, *static, instruments.stiffness, damping, mass)
     v = np.gradient(sd, 1.0 / RATE)
     v[sd <= 0.0] = 0.0
     return np.maximum(v, 0.0), sd, pull

@@ -96,7 +96,7 @@ def test_a_plate_sticks_until_the_drive_overcomes_static_friction() -> None:
     k, F, mu, static, mass = 1e5, 2e5, 0.08, 0.02, 0.025
     drive = 20.0 * np.arange(200) / 1000.0
     damping = 2 * 0.3 * np.sqrt(k * mass)
-    s, pull = on_elastic_drive(drive, np.full(200, F), mu, static, 0.02, k, damping, mass, 1e-3)
+    s, pull = on_elastic_drive(drive, F, mu, static, 0.02, k, damping, mass)
     moved = int(np.argmax(s > 0))
     # (mu + static) F = 20 kN winds the drive up by 0.2 mm: 10 ms at 20 mm/s; the damper adds a little.
     assert moved == pytest.approx(10, abs=1) and (s[:moved] == 0).all()

@@ -61,22 +61,21 @@ def commanded(
 @njit(cache=True)
 def on_elastic_drive(
     drive: FloatArray,
-    normal: FloatArray,
+    normal: float,
     mu: float,
     static: float,
     static_length: float,
     stiffness: float,
     damping: float,
     mass: float,
-    dt: float,
 ) -> tuple[FloatArray, FloatArray]:  # pragma: no cover - compiled
     """Return plate position [mm] and the force in the drive [N] at the samples.
 
     The drive pulls the plate through a spring and a damper. A plate at rest stays there until the drive
     overcomes static friction; that share is lost over the first slip.
 
-    - `drive`, shape (n,): position of the drive [mm] at the samples, `dt` [s] apart.
-    - `normal`, shape (n,): normal force [N].
+    - `drive`, shape (n,): position of the drive [mm] at the samples.
+    - `normal`: normal force [N].
     - `mu`, `static`: friction coefficient while sliding, and what is added to it at rest.
     - `static_length`: slip over which the addition falls to a half [mm].
     - `stiffness`, `damping`, `mass`: spring [N/mm], damper [N s/mm], plate [N s2/mm].
@@ -84,14 +83,14 @@ def on_elastic_drive(
     n = len(drive)
     position, force = np.zeros(n), np.zeros(n)
     x = v = 0.0
+    dt = 1.0 / RATE
     step = dt / _SUBSTEPS
     for k in range(n - 1):
         speed = (drive[k + 1] - drive[k]) / dt
         for j in range(_SUBSTEPS):
             share = (j + 1) / _SUBSTEPS
             pull = stiffness * (drive[k] + share * (drive[k + 1] - drive[k]) - x) + damping * (speed - v)
-            load = normal[k] + share * (normal[k + 1] - normal[k])
-            friction = (mu + static / (1.0 + (x / static_length) ** 2)) * load
+            friction = (mu + static / (1.0 + (x / static_length) ** 2)) * normal
             if v <= 0.0 and pull <= friction:
                 v = 0.0
             else:
