@@ -13,7 +13,6 @@ from friction_models.common import InputError
 
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
-from ..fe.state import State
 from .fields import MOST, FieldHistory
 from .snapshot import Snapshot
 
@@ -28,28 +27,27 @@ class FieldRecorder:
 
     A simulation that was put back to an earlier state takes its later snapshots again.
 
-    - `strokes` [mm]: each is kept at the first increment that reaches it; instead `every` so many increments.
+    - `strokes` [mm]: each is kept at the first increment that reaches it.
     """
 
-    def __init__(self, strokes: Sequence[float] | FloatArray | None = None, every: int | None = None) -> None:
-        self.wanted = np.sort(np.asarray([] if strokes is None else strokes, dtype=np.float64))
-        self.every = every
+    def __init__(self, strokes: FloatArray) -> None:
+        self.wanted = np.sort(strokes)
         self.taken: list[Snapshot] = []
-        self._increments: list[int] = []
 
     def begin(self, simulation: Simulation) -> None:
         """Forget everything and take the state at stroke 0, if it is wanted."""
         while self.taken:
             self._drop()
-        if self.every is not None or (len(self.wanted) and self.wanted[0] <= 0.0):
+        if self.wanted[0] <= 0.0:
             self._take(simulation)
 
     def __call__(self, simulation: Simulation) -> bool:
         """Take a snapshot after an increment if one is due; return False, so that the run continues."""
-        state = simulation.state
-        while self.taken and self.taken[-1].stroke >= state.stroke - 1e-9:
+        stroke = simulation.state.stroke
+        while self.taken and self.taken[-1].stroke >= stroke - 1e-9:
             self._drop()
-        if self._due(state):
+        before = self.taken[-1].stroke if self.taken else -math.inf
+        if ((self.wanted > before + 1e-9) & (self.wanted <= stroke + 1e-9)).any():
             self._take(simulation)
         return False
 
@@ -60,20 +58,12 @@ class FieldRecorder:
             self._take(simulation)
         return FieldHistory(tuple(self.taken))
 
-    def _due(self, state: State) -> bool:
-        if self.every is not None:
-            return state.increments - (self._increments[-1] if self._increments else 0) >= self.every
-        before = self.taken[-1].stroke if self.taken else -math.inf
-        return bool(((self.wanted > before + 1e-9) & (self.wanted <= state.stroke + 1e-9)).any())
-
     def _drop(self) -> None:
         self.taken.pop()
-        self._increments.pop()
 
     def _take(self, simulation: Simulation) -> None:
         if len(self.taken) < MOST:
             self.taken.append(Snapshot.of(simulation))
-            self._increments.append(simulation.state.increments)
 
 
 class FieldWriter(FieldRecorder):

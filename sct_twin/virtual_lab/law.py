@@ -124,8 +124,8 @@ class ContactLaw:
     [0.08]
     """
 
-    def __init__(self, law: TrueLaw, context: Mapping[str, float] | None = None) -> None:
-        self.law, self.context = law, dict(context or {})
+    def __init__(self, law: TrueLaw) -> None:
+        self.law = law
         self._work: FloatArray | None = None
         self._sd: FloatArray | None = None
         self._t = -np.inf
@@ -136,10 +136,10 @@ class ContactLaw:
         if self._work is None or self._sd is None or len(self._sd) != len(sd) or t <= 0.0:
             self._work, self._sd, self._t = np.zeros(len(sd)), sd.copy(), -np.inf
         if t > self._t:
-            mu = self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))
+            mu = self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, {}))
             self._work = self._work + mu * sigma_n * np.maximum(sd - self._sd, 0.0)
             self._sd, self._t = sd.copy(), float(t)
-        return self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, self.context))
+        return self.law.mu(LawInput(v_rel, T, sigma_n, sd, psi, self._work, {}))
 
 
 TRUTH_JSON, TRUTH_NPZ = "truth.json", "truth.npz"

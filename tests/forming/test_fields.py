@@ -19,7 +19,6 @@ from forming.results.drawing import Window, tool_polygon
 from forming.results.field_recorder import (
     FIELDS_EVERY,
     FIELDS_FOLDER,
-    FieldRecorder,
     FieldWriter,
     writer_from_environment,
 )
@@ -57,15 +56,6 @@ def test_snapshots_stand_at_the_strokes_asked_for(kept):
     listed = ForwardRodExtrusion(**COARSE).run(0.08, 0.5, snapshots=[0.3, 0.1])
     assert np.allclose(listed.fields.strokes, [0.1, 0.3], atol=0.021)
     assert (listed.fields.strokes >= np.array([0.1, 0.3]) - 1e-9).all()
-
-
-def test_every_so_many_increments():
-    process, recorder = ForwardRodExtrusion(**COARSE), FieldRecorder(every=4)
-    process.start(0.08)
-    recorder.begin(process.simulation)
-    process.advance(0.8, recorder)
-    assert len(recorder.taken) == 1 + process.simulation.state.increments // 4
-    assert recorder.taken[0].stroke == 0.0
 
 
 def test_fields_are_those_of_the_run(kept):
