@@ -89,8 +89,7 @@ class FieldHistory:
             "tools": np.array(sorted({name for s in self.snapshots for name in s.tools}), dtype=np.str_),
         }
         for k, s in enumerate(self.snapshots):
-            for name in ARRAYS:
-                arrays[f"{k}.{name}"] = getattr(s, name)
+            arrays |= {f"{k}.{name}": getattr(s, name) for name in ARRAYS}
             arrays |= {f"{k}.tool.{name}": chain for name, chain in s.tools.items()}
         with atomic_path(path) as place, place.open("wb") as stream:
             np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]

@@ -166,9 +166,7 @@ def _one(
     else:
         names = pd.Series(str(from_name.get("test_id", file.stem)), index=table.frame.index)
     columns: dict[str, object] = {"test_id": names.to_numpy()}
-    for quantity in POINT_COLUMNS[1:]:
-        if quantity in by:
-            columns[quantity] = _numbers(table, by[quantity], used[by[quantity]])
+    columns |= {q: _numbers(table, by[q], used[by[q]]) for q in POINT_COLUMNS[1:] if q in by}
     frame = pd.DataFrame(columns)[kept].reset_index(drop=True)
     if frame.empty:
         raise InputError(f"{file}: no row lies within the limits of 'only'; allowed: one at least")

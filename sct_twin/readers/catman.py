@@ -148,10 +148,7 @@ def _values(stream: _Stream, name: str, rows: int, width: int) -> np.ndarray:
 
 def _timed(signals: list[Signal], steps: dict[int, float]) -> list[Signal]:
     """Give every channel the time channel of its length, or one made of its step."""
-    clocks: dict[int, Signal] = {}
-    for signal in signals:
-        if is_time(signal.name) and len(signal.values) not in clocks:
-            clocks[len(signal.values)] = signal
+    clocks = {len(signal.values): signal for signal in reversed(signals) if is_time(signal.name)}
     timed = []
     for signal in signals:
         rows = len(signal.values)

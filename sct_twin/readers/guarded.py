@@ -15,10 +15,9 @@ import tempfile
 import threading
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any, NotRequired, TypedDict
+from typing import IO, NotRequired, TypedDict
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
@@ -160,9 +159,8 @@ def read_guarded(file: Path, kind: str, patience: float | None = None) -> RawTab
 
 
 def _load(folder: Path, answer: _Answer, where: str) -> RawTable:
-    columns: dict[str, npt.NDArray[Any]] = {}
-    for number, name in enumerate(answer["names"]):
-        columns[name] = np.load(folder / f"{number}.npy", allow_pickle=False)
-    return RawTable(
-        pd.DataFrame(columns), dict(answer["units"]), where, answer["format"], tuple(answer["notes"])
-    )
+    columns = {
+        name: np.load(folder / f"{number}.npy", allow_pickle=False)
+        for number, name in enumerate(answer["names"])
+    }
+    return RawTable(pd.DataFrame(columns), answer["units"], where, answer["format"], tuple(answer["notes"]))

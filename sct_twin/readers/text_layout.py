@@ -140,9 +140,7 @@ def _table(lines: list[str], file: Path) -> _Block:
 
     Raises InputError: no delimiter, no rows of numbers, or another table before this one.
     """
-    found: list[_Block] = []
-    for delimiter in DELIMITERS:
-        found += _blocks(lines, delimiter)
+    found = [block for delimiter in DELIMITERS for block in _blocks(lines, delimiter)]
     if not found:
         first = next((line.strip() for line in lines if line.strip()), "")
         if not any(delimiter in first for delimiter in DELIMITERS):

@@ -95,11 +95,8 @@ class Cylinder:
 
 def _across(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return eigenfunctions of the unit circle at points, orthonormal over the cells, and their squared roots."""
-    found = [(0.0, 0)]
-    for order in range(ORDERS):
-        found += [(float(root), order) for root in jnp_zeros(order, ROOTS)]
-    found.sort()
-    found = found[: max(1, len(x) // 3)]
+    roots = [(float(root), order) for order in range(ORDERS) for root in jnp_zeros(order, ROOTS)]
+    found = sorted([(0.0, 0), *roots])[: max(1, len(x) // 3)]
     r, angle = np.hypot(x, y), np.arctan2(y, x)
     columns = np.column_stack([jv(order, root * r) * np.cos(order * angle) for root, order in found])
     q, triangle = np.linalg.qr(columns)
