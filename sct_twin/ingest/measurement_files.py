@@ -139,10 +139,7 @@ class NameTemplate:
         return cls(content)
 
     def test_of(self, name: str, where: str = "") -> str:
-        """Return the name of the test in a file name (without suffix).
-
-        Raises InputError: the name does not fit.
-        """
+        """Return the name of the test in a file name (without suffix). Raises InputError: the name does not fit."""
         form = re.escape(self.text).replace(re.escape(MARK), "(.+?)")
         found = re.fullmatch(form.replace(r"\*", ".*?").replace(r"\?", "."), name)
         if found is None:

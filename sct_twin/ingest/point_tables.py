@@ -240,10 +240,7 @@ def _add_column(
     target: str,
     file: Path,
 ) -> None:
-    """Put what a column says of each test into the test table.
-
-    Raises InputError: it says two things of one test.
-    """
+    """Put what a column says of each test into the test table. Raises InputError: it says two things of one test."""
     for test, cells in values.groupby(names.to_numpy(), sort=False):
         different = cells.dropna().unique()
         if len(different) > 1:

@@ -49,9 +49,7 @@ MOTION = ("s", "v")
 
 
 def channel(name: str, where: str = "") -> Channel:
-    """Return the channel of this name.
-
-    Raises InputError: no such channel; names the nearest one.
+    """Return the channel of this name. Raises InputError: no such channel; names the nearest one.
 
     Examples
     --------

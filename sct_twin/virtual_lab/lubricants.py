@@ -123,9 +123,7 @@ LUBRICANTS: dict[str, Lubricant] = {
 
 
 def lubricant_named(name: str) -> Lubricant:
-    """Return a lubricant.
-
-    Raises InputError: not one of `LUBRICANTS`.
+    """Return a lubricant. Raises InputError: not one of `LUBRICANTS`.
 
     Examples
     --------

@@ -117,10 +117,7 @@ def schedule(row: Mapping[str, object], where: str) -> Schedule:
 
 
 def number(row: Mapping[str, object], name: str, where: str, highest: float = math.inf) -> float:
-    """Return a number of a row within its limits.
-
-    Raises InputError: it is missing, not a number, or outside.
-    """
+    """Return a number of a row within its limits. Raises InputError: it is missing, not a number, or outside."""
     if not is_given(row.get(name)):
         raise InputError(f"{where}: {name} is missing; allowed: {_allowed(name, highest)}")
     return _checked(row[name], name, where, highest)
