@@ -199,8 +199,6 @@ def read_curves(path: str | os.PathLike[str]) -> pd.DataFrame:
 
     Raises InputError: see `PressCurves.read`.
 
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "level.csv"

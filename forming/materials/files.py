@@ -237,8 +237,6 @@ def _property(value: float | _OverT, where: str) -> Property:
 def shipped() -> list[str]:
     """Return the names of the shipped materials.
 
-    Examples
-    --------
     >>> {"16MnCr5", "1.2379"} <= set(shipped())
     True
     """
@@ -266,8 +264,6 @@ def material_from_content(content: object, where: str = "material") -> Material:
 
     Raises InputError: unknown keys, missing ones, or values that cannot be.
 
-    Examples
-    --------
     >>> steel = material_from_content(
     ...     {
     ...         "name": "soft steel",

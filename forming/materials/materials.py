@@ -22,8 +22,6 @@ def material_from_dict(content: Mapping[str, Any]) -> Material:
 
     Raises InputError: an unknown kind or parameter, a missing one, or a value outside its limits.
 
-    Examples
-    --------
     >>> material_from_dict({"kind": "PowerLaw", "yield_stress": 400.0, "name": "soft"}).name
     'soft'
     >>> steel = steel_16MnCr5()
@@ -49,8 +47,6 @@ def load(source: str | os.PathLike[str]) -> Material:
 
     Raises InputError: no such material or file, or a file that cannot be used; names key, value and what is allowed.
 
-    Examples
-    --------
     >>> load("16MnCr5").name
     '16MnCr5'
     >>> load("16MnCr")
@@ -72,8 +68,6 @@ def as_material(material: MaterialSource, name: str = "material") -> Material:
 
     Raises InputError: something else, or see `load`.
 
-    Examples
-    --------
     >>> as_material("1.2379").name
     '1.2379'
     >>> as_material(None) == steel_16MnCr5()

@@ -14,8 +14,6 @@ def few_points(active: npt.NDArray[np.bool_]) -> str:
 
     `active`, shape (n, n_points): points in contact at each step. Steps in which no point touches do not count.
 
-    Examples
-    --------
     >>> few_points(np.arange(80) < np.array([[6], [8]]))[:58]
     'Only 7 of 80 points touch a tool, on average over the run:'
     >>> few_points(np.ones((2, 80), dtype=bool))

@@ -29,8 +29,6 @@ _LARGEST = 2_000_000_000
 class FieldHistory:
     """The snapshots of a run, in order of their strokes.
 
-    Examples
-    --------
     >>> from friction_models import InputError
     >>> empty = FieldHistory(())
     >>> len(empty)

@@ -15,8 +15,6 @@ def averaged(travel: FloatArray, force: FloatArray, window: float = FORCE_WINDOW
 
     - `travel`, `force`, shape (n,): `travel` grows.
 
-    Examples
-    --------
     The mean of a straight line over any window is its middle:
 
     >>> travel = np.linspace(0.0, 2.0, 21)

@@ -32,8 +32,6 @@ def local_errors(loads: FloatArray, active: npt.NDArray[np.bool_], finer: Contac
 
     - `loads`, `active`: with the mesh in question; `finer`: of the run with elements smaller by `FINER`.
 
-    Examples
-    --------
     All loads 1 lower than with elements two thirds as large:
 
     >>> loads, on = np.zeros((20, 6, 5)), np.ones((20, 6), dtype=bool)

@@ -22,8 +22,6 @@ RELIEF_ANGLE = 25.0
 class CupPunch:
     """Punch with a flat or conical nose, a land and a relieved shaft; z = 0 is the lowest point of the nose.
 
-    Examples
-    --------
     >>> from forming.tools.cup_punch import CupPunch
     >>> CupPunch(radius=8.0, edge_radius=1.0, land=2.0).nose_height
     0.0

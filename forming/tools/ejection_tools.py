@@ -22,8 +22,6 @@ EDGE = 0.05
 class Stage:
     """One motion.
 
-    Examples
-    --------
     >>> stage = Stage("withdraw", tools=(), mover="punch", longest=20.0, clear=0.5)
     >>> stage.mover, stage.longest, stage.opening
     ('punch', 20.0, None)
@@ -88,8 +86,6 @@ def opened(container: Tool, radius: float, top: float) -> Tool:
 class GripPatch:
     """A part of the surface that a tool at rest holds after unloading.
 
-    Examples
-    --------
     >>> patch = GripPatch("container", 10.0, 10.0, 0.0, 5.0, pressure=50.0, friction=1.25)
     >>> patch.tool, patch.z_high - patch.z_low
     ('container', 5.0)

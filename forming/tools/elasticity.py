@@ -22,8 +22,6 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
     - `bore_radius`, `outer_radius`: a and b [mm].
     - `modulus`: E [MPa].
 
-    Examples
-    --------
     A bore of 10 mm radius in a steel body of infinite size widens by (1 + nu) a / E:
 
     >>> round(1000 * bore_flexibility(10.0, 1e9, 200_000.0), 6)
@@ -37,8 +35,6 @@ def bore_flexibility(bore_radius: float, outer_radius: float, modulus: float) ->
 class ElasticTools:
     """Die, punch and press that give way under the forming force; None is rigid.
 
-    Examples
-    --------
     Under 100 kN a press of 500 kN/mm gives way by 0.2 mm:
 
     >>> from forming.tools.elasticity import ElasticTools

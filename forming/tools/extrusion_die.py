@@ -17,8 +17,6 @@ from ..fe.tooling import arc, line, polylines
 class ExtrusionDie:
     """Die for forward rod extrusion, which checks its dimensions; z = 0 is the lower end of its land.
 
-    Examples
-    --------
     The cone from 10 to 7 mm at 45 degrees is as high as it is wide, 3 mm, above the land of 2 mm; the roundings add to it:
 
     >>> from forming.tools.extrusion_die import ExtrusionDie

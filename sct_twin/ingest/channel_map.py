@@ -34,8 +34,6 @@ class MappedColumn:
     `scale` (``5 kN/V``) or `sensitivity` (``200 mV/kN``) turn readings of a sensor into the quantity; `std`
     is the standard uncertainty of a force cell [N].
 
-    Examples
-    --------
     >>> MappedColumn("F_n", unit="kN").factor("kN", "map")
     (1000.0, 0.0)
     """
@@ -64,8 +62,6 @@ class ChannelMap:
     `phases` says when the phases are, `files` how the files of one test are called where there are two, `names` which
     part of a file's name is that of the test.
 
-    Examples
-    --------
     Without a map the columns of a file have the names and units of a record:
 
     >>> ChannelMap.load(None) == ChannelMap()
@@ -93,8 +89,6 @@ class ChannelMap:
 
         Raises InputError: unreadable YAML, unknown keys or quantities, a quantity mapped twice or not at all.
 
-        Examples
-        --------
         >>> columns = {
         ...     "time [s]": {"quantity": "t"},
         ...     "force": {"quantity": "F_n", "unit": "kN"},

@@ -114,8 +114,6 @@ _ALLOWED = (
 class NameTemplate:
     """A file name with ``{test_id}`` where the name of the test stands: ``*_SCT{test_id}_raw``.
 
-    Examples
-    --------
     >>> NameTemplate("*_SCT{test_id}_raw").test_of("lab7_SCT042_raw")
     '042'
     """
@@ -152,8 +150,6 @@ class NameTemplate:
 def proposed(tests: Iterable[str], files: Iterable[Path]) -> str | None:
     """Return a template by which files get the names of a test table; None where their names do not hold them.
 
-    Examples
-    --------
     >>> proposed(["042", "043"], [Path("lab_SCT042_raw.csv"), Path("lab_SCT043_raw.csv")])
     'lab_SCT{test_id}_raw'
     """

@@ -25,8 +25,6 @@ _SOON = 1e-3
 class PhaseFiles:
     """How the names of the files end: ``{upsetting: _up, sliding: _slide}``; what stands before is the test.
 
-    Examples
-    --------
     >>> endings = PhaseFiles("_up", "_slide")
     >>> pairs, left_out = endings.pairs([Path("sct1_up.csv"), Path("sct1_slide.csv"), Path("sct2_up.csv")])
     >>> [test for test, _, _ in pairs], len(left_out)

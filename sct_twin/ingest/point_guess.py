@@ -37,8 +37,6 @@ def guess_point_columns(table: RawTable) -> dict[str, dict[str, str]]:
 
     To the test table belong texts, and numbers that stay the same all through every test.
 
-    Examples
-    --------
     >>> import pandas as pd
     >>> frame = pd.DataFrame({"test": ["a"], "v_mm_s": [1.0], "COF": [0.1], "T_K": [300.0], "oil": ["x"]})
     >>> guess_point_columns(RawTable(frame, {}, "file.csv"))["T_K"]

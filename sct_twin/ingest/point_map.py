@@ -46,8 +46,6 @@ class FileNameParts:
 
     Each part ends at the first place where the text behind it begins; the last text has to be the end of the name.
 
-    Examples
-    --------
     >>> FileNameParts.load("{lubricant}_{T_tool}C_{test_id}", "map").of("MoS2_200C_t07")
     {'lubricant': 'MoS2', 'T_tool': 200.0, 'test_id': 't07'}
     """
@@ -107,8 +105,6 @@ class PointMap:
 
     `columns` None stands for the names of the contract.
 
-    Examples
-    --------
     >>> found = PointMap.load({"columns": {"speed": {"quantity": "v_rel", "unit": "m/s"}, "COF": "mu"}})
     >>> found.columns["speed"].unit, found.columns["COF"].quantity
     ('m/s', 'mu')

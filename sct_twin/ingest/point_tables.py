@@ -62,8 +62,6 @@ def read_point_tables(
     - `synthetic`: whether the values were computed and not measured.
     - `read`: reads one file; for those who hold tables that were read before.
 
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "oil_300K_t1.csv"

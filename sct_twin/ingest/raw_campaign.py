@@ -145,8 +145,6 @@ def check_test_id(test_id: str, where: str) -> str:
 
     Raises InputError: empty, hidden, or with characters that lead out of the folder.
 
-    Examples
-    --------
     >>> check_test_id("sct001", "tests.csv")
     'sct001'
     >>> check_test_id("../sct001", "tests.csv")

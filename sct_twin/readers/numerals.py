@@ -39,8 +39,6 @@ def decimal_mark(cells: Iterable[str], where: str) -> str:
 
     Raises InputError: both marks occur as decimal marks, or it cannot be told which is.
 
-    Examples
-    --------
     >>> decimal_mark(["1,5", "2,25"], "test.csv"), decimal_mark(["1,500.25"], "test.csv")
     (',', '.')
     """

@@ -106,8 +106,6 @@ class Signal:
 def split_unit(name: str) -> tuple[str, str]:
     """Return (name, unit) of a heading such as ``Force [kN]`` or ``Force (kN)``; '' without a unit.
 
-    Examples
-    --------
     >>> split_unit("Force [kN]"), split_unit("Force (kN)"), split_unit("Force")
     (('Force', 'kN'), ('Force', 'kN'), ('Force', ''))
     """
@@ -120,8 +118,6 @@ def split_unit(name: str) -> tuple[str, str]:
 def is_time(name: str) -> bool:
     """Whether a channel of this name is the time base of its neighbours.
 
-    Examples
-    --------
     >>> is_time("Time [s]"), is_time("Zeit"), is_time("Force")
     (True, True, False)
     """
@@ -145,8 +141,6 @@ def table_of_signals(signals: Sequence[Signal], where: str, kind: str, notes: Se
 
     Raises InputError: no channel, or more cells than allowed.
 
-    Examples
-    --------
     A slow channel is interpolated to the times of the fast one:
 
     >>> fast = Signal("F", "kN", np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 0.1, 0.2, 0.3]))

@@ -21,8 +21,6 @@ Cell = str | float | None
 def is_given(value: Any) -> bool:
     """Whether a cell of a test table holds something.
 
-    Examples
-    --------
     >>> [is_given(cell) for cell in (0.0, "A", "", None, float("nan"))]
     [True, True, False, False, False]
     """

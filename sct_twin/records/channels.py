@@ -12,8 +12,6 @@ from friction_models.common.units import units_like
 class Channel:
     """A recorded quantity with its canonical unit and physical limits.
 
-    Examples
-    --------
     >>> CHANNELS["F_n"].unit, CHANNELS["F_n"].units
     ('N', ['N', 'kN', 'MN'])
     """
@@ -51,8 +49,6 @@ MOTION = ("s", "v")
 def channel(name: str, where: str = "") -> Channel:
     """Return the channel of this name. Raises InputError: no such channel; names the nearest one.
 
-    Examples
-    --------
     >>> channel("T_plate").unit
     'degC'
     >>> channel("T_plat")

@@ -231,8 +231,6 @@ class SctRecord:
 def usual_step(t: FloatArray) -> float:
     """Return the median step of a time [s], of some 500 000 pairs of samples where there are more.
 
-    Examples
-    --------
     >>> usual_step(np.array([0.0, 0.5, 1.0, 1.5, 60.0]))
     0.5
     """

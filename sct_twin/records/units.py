@@ -23,8 +23,6 @@ def channel_conversion(quantity: str, unit: str, where: str = "") -> tuple[float
 
     Raises InputError: no such unit, or it measures something else.
 
-    Examples
-    --------
     >>> channel_conversion("F_n", "kN")
     (1000.0, 0.0)
     """
@@ -45,8 +43,6 @@ def scale_factor(quantity: str, unit: str, scale: str, inverse: bool, where: str
     - `scale`: number and unit: of the quantity a reading (``5 kN/V``), or the inverse of it (``200 mV/kN``).
     - `inverse`: whether `scale` is readings a quantity (a sensitivity).
 
-    Examples
-    --------
     A cell of 5 kN/V, read in V, and one of 200 mV/kN, read in mV:
 
     >>> scale_factor("F_n", "V", "5 kN/V", inverse=False, where="map")

@@ -22,8 +22,6 @@ _STRETCH, _SAMPLES = 20, 2_000_000
 class Clock:
     """Uniform time base of a record.
 
-    Examples
-    --------
     >>> t = np.arange(100) / 100
     >>> clock = Clock.of(SctRecord("sct001", 5.0 + t, F_n=90e3 + t, F_r=7e3 + t, s=20 * t))
     >>> clock.uniform, clock.start, round(clock.dt, 6)
@@ -81,8 +79,6 @@ class Clock:
 def block_means(values: FloatArray, stride: int) -> FloatArray:
     """Return the means of `stride` samples each; an unfinished block at the end is left out.
 
-    Examples
-    --------
     >>> block_means(np.array([1.0, 3.0, 5.0, 7.0, 9.0]), 2).tolist()
     [2.0, 6.0]
     """

@@ -29,8 +29,6 @@ _PIECE = 1_000_000
 def can_smooth(count: int, dt: float, corner: float) -> bool:
     """Whether a signal is sampled fast enough, and long enough, for a low-pass with this corner [Hz].
 
-    Examples
-    --------
     A corner of 10 Hz needs more than 24 samples a second:
 
     >>> can_smooth(100, dt=0.01, corner=10.0), can_smooth(100, dt=0.05, corner=10.0)
@@ -53,8 +51,6 @@ def smooth(values: FloatArray, dt: float, corner: float = CORNER_HZ) -> FloatArr
 def running_mean(values: FloatArray, width: int) -> FloatArray:
     """Return the mean over `width` samples around each, zeros beyond the ends; its cost is that of one pass.
 
-    Examples
-    --------
     >>> running_mean(np.array([3.0, 3.0, 6.0, 3.0, 3.0]), 3).round(6).tolist()[1:4]
     [4.0, 4.0, 4.0]
     """
@@ -66,8 +62,6 @@ def running_mean(values: FloatArray, width: int) -> FloatArray:
 def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None = None) -> FloatArray:
     """Return the cumulative trapezoidal integral, 0 at the first point.
 
-    Examples
-    --------
     >>> integral(np.array([1.0, 1.0, 3.0]), dx=0.5).tolist()
     [0.0, 0.5, 1.5]
     """
@@ -78,8 +72,6 @@ def integral(values: FloatArray, dx: float | None = None, x: FloatArray | None =
 def noise_of(values: FloatArray) -> float:
     """Return the standard deviation of white noise on a smooth signal, from its second differences.
 
-    Examples
-    --------
     A straight line has no noise:
 
     >>> noise_of(np.arange(10.0))
@@ -98,8 +90,6 @@ def spike_rows(values: FloatArray) -> np.ndarray:
     ramp has no such samples, however steep; a break-away peak of two or three samples has, see
     `signals.process`.
 
-    Examples
-    --------
     >>> values = np.tile([0.0, 0.1, 0.1, 0.0], 25)
     >>> values[40] = 50.0
     >>> spike_rows(values).tolist()
@@ -151,8 +141,6 @@ def _local_noise(values: FloatArray) -> FloatArray:
 def without(values: FloatArray, rows: np.ndarray) -> FloatArray:
     """Return the signal with some samples replaced by a line between the ones around them.
 
-    Examples
-    --------
     >>> without(np.array([1.0, 2.0, 99.0, 4.0]), np.array([2])).tolist()
     [1.0, 2.0, 3.0, 4.0]
     """
@@ -170,8 +158,6 @@ def low_pass(values: FloatArray, dt: float, corner: float, padding: int) -> Floa
 
     - `padding`: samples by which the signal is continued at both ends, mirrored at its end points; below n.
 
-    Examples
-    --------
     A constant signal stays as it is:
 
     >>> low_pass(np.full(50, 3.0), dt=0.001, corner=50.0, padding=20)[[0, 25, 49]].round(6).tolist()

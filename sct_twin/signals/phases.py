@@ -25,8 +25,6 @@ TIMES = ("t_upsetting", "t_sliding", "t_end")
 class PhaseTimes:
     """When the phases of a test begin and end, on the clock of its record [s]; None: to be detected.
 
-    Examples
-    --------
     >>> t = np.arange(100) / 100
     >>> said = {"t_upsetting": 0.25, "t_sliding": 0.5}
     >>> PhaseTimes.of(SctRecord("sct001", t, F_n=90e3 + t, F_r=7e3 + t, s=20 * t, metadata=said))
@@ -67,8 +65,6 @@ class PhaseTimes:
 class Phases:
     """Upsetting and sliding as time spans [s], or as values of a channel of the file.
 
-    Examples
-    --------
     >>> Phases(upsetting=(0.5, 1.0), sliding=(1.2, 2.0)).channel is None
     True
     """

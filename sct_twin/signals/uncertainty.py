@@ -55,8 +55,6 @@ def excess(count: FloatArray, correlation: float) -> FloatArray:
     Of an autoregressive process of first order with correlation r:
     ``(1 + r)/(1 - r) - 2 r (1 - r^n) / (n (1 - r)^2)``, 1 at n = 1.
 
-    Examples
-    --------
     Samples without memory add nothing; with a correlation of 0.5 a long mean has three times the variance:
 
     >>> excess(np.array([100.0]), 0.0).tolist()

@@ -27,8 +27,6 @@ F_MAX_LIMITS = (1e3, 5e6)
 class ContactLoads(NamedTuple):
     """Loads of the contact mean, in the order of the contract: mm/s, degC, MPa, mm, 1.
 
-    Examples
-    --------
     >>> loads = ContactLoads(v_rel=100.0, T=80.0, sigma_n=900.0, sd=5.0, psi=1.1)
     >>> loads._fields
     ('v_rel', 'T', 'sigma_n', 'sd', 'psi')

@@ -39,8 +39,6 @@ def process_uncertainties(
 
     Raises InputError: no step, or an input that is not finite or out of its physical range.
 
-    Examples
-    --------
     A filled bore: of its diameter 0.02 mm are uncertain, and 0.6 % of the pressure by the mesh.
 
     >>> steps = {"F_n": 330e3, "v_slide": 100.0, "T_tool": 20.0, "mu": 0.08}

@@ -68,8 +68,6 @@ ASSUMPTIONS = (
 class TestResult:
     """Loads and friction of one test at equal distances.
 
-    Examples
-    --------
     >>> columns = {"sd": np.array([0.0, 0.1]), "mu": np.array([0.08, 0.07])}
     >>> TestResult("sct001", columns).points().values.tolist()
     [['sct001', 0.0, 0.08], ['sct001', 0.1, 0.07]]

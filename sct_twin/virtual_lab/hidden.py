@@ -45,8 +45,6 @@ Contribution = Callable[[LawInput, Mapping[str, float]], FloatArray]
 class HiddenEffect:
     """Name of the mechanism, its formula in words, default parameters and the contribution to mu.
 
-    Examples
-    --------
     Half of the amplitude A is left at the speed v0:
 
     >>> one = np.ones(1)

@@ -30,8 +30,6 @@ LEAST_MU = 0.005
 class TrueLaw:
     """Base coefficients and hidden effects with the parameters that were drawn.
 
-    Examples
-    --------
     A law with a slope of the pressure only:
 
     >>> base = {"constant": 0.1, "v_rel": 0.0, "T": 0.0, "sigma_n": -2e-5, "sd": 0.0, "psi": 0.0}
@@ -116,8 +114,6 @@ class ContactLaw:
     keep their order. Work grows with the sliding distance since the last call, once an instant; at time
     zero it starts anew.
 
-    Examples
-    --------
     >>> base = {"constant": 0.1, "v_rel": 0.0, "T": 0.0, "sigma_n": -2e-5, "sd": 0.0, "psi": 0.0}
     >>> friction = ContactLaw(TrueLaw(base))
     >>> friction(np.array([[50.0, 20.0, 1000.0, 0.0, 1.0]]), t=0.0).round(6).tolist()

@@ -23,8 +23,6 @@ from .hidden import LawInput
 class Lubricant:
     """A base law.
 
-    Examples
-    --------
     >>> sorted(LUBRICANTS)
     ['mos2', 'polymer']
     >>> one = np.ones(1)
@@ -125,8 +123,6 @@ LUBRICANTS: dict[str, Lubricant] = {
 def lubricant_named(name: str) -> Lubricant:
     """Return a lubricant. Raises InputError: not one of `LUBRICANTS`.
 
-    Examples
-    --------
     >>> lubricant_named("mos2").upsetting_mu
     0.081
     """

@@ -102,8 +102,6 @@ def parse_plan(name: str) -> tuple[PlanFamily, int]:
 
     Raises InputError: not such a name.
 
-    Examples
-    --------
     >>> family, held_out = parse_plan("factorial-81+30")
     >>> family.count, held_out
     (81, 30)
@@ -125,8 +123,6 @@ def parse_plan(name: str) -> tuple[PlanFamily, int]:
 def tip_diameter(psi_set: float) -> float | None:
     """Return the diameter of the reduced first contact [mm]; None where the whole end face touches.
 
-    Examples
-    --------
     The contact grows fivefold, from 8.9 mm to the bore of 20 mm:
 
     >>> tip_diameter(5.0)
@@ -146,8 +142,6 @@ def make_plan(name: str, seed: int, repeats: int = 1) -> pd.DataFrame:
     normal force is the set pressure times the area of the bore, so that a specimen that does not fill
     it is pressed harder than the set value: the loads come from the twin, set values are metadata.
 
-    Examples
-    --------
     >>> plan = make_plan("tiny-6+3", seed=0)
     >>> len(plan), plan["role"].tolist().count("test")
     (9, 3)
@@ -225,8 +219,6 @@ def complete_plan(rows: pd.DataFrame, seed: int, where: str) -> pd.DataFrame:
       table.
     - `seed`: of order, batch, tool and waiting time where they are not given.
 
-    Examples
-    --------
     >>> rows = pd.DataFrame({"sigma_set": [1000.0], "v_set": [50.0], "T_tool": [100.0]})
     >>> plan = complete_plan(rows, seed=0, where="plan")
     >>> plan[["test_id", "T_specimen", "sd_set"]].values.tolist()

@@ -48,8 +48,6 @@ _MOST_LEVELS = 50
 class Schedule:
     """Set values of the rig in one test.
 
-    Examples
-    --------
     A force that falls to half over 40 mm:
 
     >>> Schedule(speeds=(50.0,), forces=(1.0, 0.5), ramp=True).force(np.array([0.0, 20.0, 40.0]), 40.0, 50.0).tolist()
@@ -88,8 +86,6 @@ def schedule(row: Mapping[str, object], where: str) -> Schedule:
 
     Raises InputError: an unknown protocol, a parameter that is missing or outside its limits.
 
-    Examples
-    --------
     >>> row = {"sigma_set": 1000.0, "v_set": 50.0, "sd_set": 40.0, "protocol": "speed_step", "v_levels": "5;50;500"}
     >>> schedule(row, "plan: row 0").speeds
     (5.0, 50.0, 500.0)

@@ -24,8 +24,6 @@ class ThermalBody:
 
     Raises InputError: a value that is not positive, or temperatures that do not rise.
 
-    Examples
-    --------
     >>> body = ThermalBody(conductivity=((20.0, 40.0), (220.0, 30.0)), capacity=4.0)
     >>> body.constant(120.0)
     ThermalBody(conductivity=35.0, capacity=4.0)

@@ -75,8 +75,6 @@ def smoothed(force: FloatArray, values: FloatArray, at: float) -> FloatArray:
 
     - `force`, shape (n,): rising [N]; `values`, shape (n, m).
 
-    Examples
-    --------
     >>> F = np.geomspace(1e4, 4e5, 60)
     >>> parabola = np.column_stack([1.0 + 2.0 * np.log(F / 1e5) - 0.3 * np.log(F / 1e5) ** 2])
     >>> smoothed(F, parabola, 1e5).round(9).tolist()

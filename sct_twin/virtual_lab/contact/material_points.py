@@ -66,8 +66,6 @@ class MaterialPoints:
 def cones(points: FloatArray) -> FloatArray:
     """Return the areas of the truncated cones between neighbouring points (r, z) [mm2].
 
-    Examples
-    --------
     >>> (cones(np.array([[0.0, 0.0], [3.0, 4.0]])) / math.pi).round(9).tolist()
     [15.0]
     """

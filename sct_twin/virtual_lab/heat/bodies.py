@@ -27,8 +27,6 @@ class HeatBody:
 
     Raises InputError: a value that is not positive, or temperatures that do not rise.
 
-    Examples
-    --------
     >>> body = HeatBody(((20.0, 40.0), (220.0, 30.0)), ((20.0, 4.0), (220.0, 3.0)))
     >>> body.diffusivity
     10.0
@@ -69,8 +67,6 @@ class HeatBody:
 class Kirchhoff:
     """Transformed temperature of a body [K], 0 at its start temperature; its flux is that of k at the start.
 
-    Examples
-    --------
     >>> body = HeatBody(((0.0, 10.0), (1000.0, 20.0)), 3.0)
     >>> transform = Kirchhoff(body, start=0.0)
     >>> round(transform.effusivity, 2), round(float(transform.temperature(np.array([105.0]))[0]), 4)
@@ -107,8 +103,6 @@ class LabHeat:
 
     Raises InputError: a value outside its limits.
 
-    Examples
-    --------
     >>> LabHeat(heat_transfer=30.0).cells
     16
     """

@@ -37,8 +37,6 @@ class RubbedContact:
     - `radius`, `height`: of contact and specimen [mm]; temperatures at the start [degC].
     - `pressure`: relative contact pressure over the radius [mm]; any scale.
 
-    Examples
-    --------
     At rest a hot specimen warms the plate, and both effusivities say how far:
 
     >>> contact = RubbedContact(8.0, 10.0, 20.0, 120.0, 120.0, np.ones_like, LabHeat())
