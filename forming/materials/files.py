@@ -245,16 +245,14 @@ def shipped() -> list[str]:
 
 def read_material(source: str | os.PathLike[str]) -> Material:
     """Read a shipped material by name, or a YAML file; see `forming.materials.materials.load`."""
-    if not isinstance(source, (str, os.PathLike)):
-        raise unknown_name("material", str(source), [*shipped(), "the path of a .yaml file"])
     if isinstance(source, str) and source in shipped():
         file = SHIPPED / f"{source}.yaml"
-    else:
+    elif isinstance(source, (str, os.PathLike)) and Path(source).suffix in (".yaml", ".yml"):
         file = Path(source)
-        if file.suffix not in (".yaml", ".yml"):
-            raise unknown_name("material", str(source), [*shipped(), "the path of a .yaml file"])
-        if not file.is_file():
-            raise InputError(f"{file}: no such file; allowed: a YAML file that describes a material")
+    else:
+        raise unknown_name("material", str(source), [*shipped(), "the path of a .yaml file"])
+    if not file.is_file():
+        raise InputError(f"{file}: no such file; allowed: a YAML file that describes a material")
     if file.stat().st_size > MAX_BYTES:
         raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {MAX_BYTES}")
     content = read_yaml(file)

@@ -21,7 +21,11 @@ def write_collection(snapshots: Sequence[Snapshot], folder: Path) -> Path:
     Each time [s] has three parts: 0 the workpiece (T, velocity at the nodes, strain, stresses in the
     elements), 1 its surface (contact), 2 the tools. x is r and y is z [mm]; names carry their units.
     """
-    lines = []
+    lines = [
+        '<?xml version="1.0"?>',
+        '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">',
+        "  <Collection>",
+    ]
     with atomic_folder(folder, FIELDS) as place:
         for k, s in enumerate(snapshots):
             for part, (kind, mesh) in enumerate(
@@ -33,17 +37,8 @@ def write_collection(snapshots: Sequence[Snapshot], folder: Path) -> Path:
                     f'    <DataSet timestep="{s.time:.9g}" group="" part="{part}" name={quoteattr(kind)} '
                     f"file={quoteattr(name)}/>"
                 )
-        text = "\n".join(
-            [
-                '<?xml version="1.0"?>',
-                '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">',
-                "  <Collection>",
-                *lines,
-                "  </Collection>",
-                "</VTKFile>",
-            ]
-        )
-        (place / "fields.pvd").write_text(text + "\n", encoding="utf-8")
+        lines += ["  </Collection>", "</VTKFile>", ""]
+        (place / "fields.pvd").write_text("\n".join(lines), encoding="utf-8")
     return folder / "fields.pvd"
 
 

@@ -19,6 +19,7 @@ HOT, COLD = 120.0, 20.0
 #: Surface temperatures of workpiece and tool [degC] at instants [s]: two half spaces at 120 and 20 degC (k 42 and
 #: 20 W/(m K), rho 7850 and 7700 kg/m3, cp 470 and 460 J/(kg K)) over 35 000 W/(m2 K).
 SURFACES = {0.01: (100.92, 48.21), 0.1: (89.15, 65.63), 1.0: (82.89, 74.88)}
+SOURCE = "Carslaw and Jaeger: two half spaces over a film"
 #: Allowed deviation with fine elements, and with those of the default mesh of an extrusion [%].
 FINE, DEFAULT = 1.0, 3.0
 CASES: list[Case] = []
@@ -65,13 +66,9 @@ def _rows(
             if k == round(t / dt):
                 workpiece, surface = SURFACES[t]
                 lost, gained = HOT - body.surface_T, tool.surface_temperature(body.surface) - COLD
-                what = f"workpiece surface below {HOT:g} degC, {t:g} s"
-                rows.append(_row(what, lost, HOT - workpiece, tolerance))
-                what = f"tool surface above {COLD:g} degC, {t:g} s"
-                rows.append(_row(what, gained, surface - COLD, tolerance))
+                for what, reference, ours in (
+                    (f"workpiece surface below {HOT:g} degC, {t:g} s", HOT - workpiece, lost),
+                    (f"tool surface above {COLD:g} degC, {t:g} s", surface - COLD, gained),
+                ):
+                    rows.append(Row(what, "K", reference, SOURCE, float(ours.mean()), tolerance))
     return rows
-
-
-def _row(quantity: str, ours: FloatArray, reference: float, tolerance: float) -> Row:
-    source = "Carslaw and Jaeger: two half spaces over a film"
-    return Row(quantity, "K", reference, source, float(ours.mean()), tolerance)

@@ -16,8 +16,7 @@ ORDER = ("Upsetting", "Ring compression", "Extrusion", "Local loads", "Heat")
 def cells(row: Row) -> tuple[str, ...]:
     """Return a row as text, in the order of `COLUMNS`."""
     unit = f" {row.unit}" if row.unit else ""
-    percent = row.deviation_unit == "%"
-    share = " %" if percent else unit
+    share = " %" if row.deviation_unit == "%" else unit
     return (
         row.case,
         row.quantity,

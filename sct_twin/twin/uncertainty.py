@@ -117,9 +117,8 @@ def load_uncertainties(
     # A grid that is half as fine has the same sensitivities to some percent.
     factor = 1.0 + given.heat_data / math.sqrt(2.0)
     squares_T = (given.grid * rise) ** 2
-    squares_T += (
-        change(replace(coarse, heat_transfer=heat.heat_transfer * math.exp(-given.heat_transfer))) ** 2
-    )
+    film = heat.heat_transfer * math.exp(-given.heat_transfer)
+    squares_T += change(replace(coarse, heat_transfer=film)) ** 2
     squares_T += change(replace(coarse, plate=_scaled(heat.plate, factor))) ** 2
     squares_T += change(replace(coarse, specimen=_scaled(heat.specimen, factor))) ** 2
     by_area = change(coarse, 1.0 + AREA_STEP) / math.log1p(AREA_STEP)

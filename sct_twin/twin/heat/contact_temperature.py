@@ -99,17 +99,13 @@ class SlidingContact:
         weight = np.ones(shape) if pressure is None else np.asarray(pressure(np.minimum(distance, radius)))
         weight = np.where(fraction > 0, np.maximum(weight, 0.0), 0.0)
         self._full = np.ones(shape)
-        self._area = float(cell_area.sum()) * (1.0 if band else 2.0)
+        #: Contact area on the grid [mm2]; per mm of width for a band.
+        self.area = float(cell_area.sum()) * (1.0 if band else 2.0)
         # Power density of each contact cell for 1 N mm/s of friction power in the whole contact.
         self._share = weight / (np.sum(weight * cell_area) * (1.0 if band else 2.0))
         self._weights = cell_area / cell_area.sum()
         self._offset = 0.0
         self.contact = self._measure(0.0)
-
-    @property
-    def area(self) -> float:
-        """Contact area on the grid [mm2]; per mm of width for a band."""
-        return self._area
 
     def advance(self, dt: float, distance: float, power: float) -> ContactTemperature:
         """Slide on for `dt` seconds over `distance` mm with a friction power [N mm/s]; return the contact.
@@ -188,7 +184,7 @@ class SlidingContact:
             (1.0 - share) / s.heat_transfer,
         )
         mean = 0.5 * (plate + specimen)
-        drop = share * (1.0 - share) * power / self._area / s.heat_transfer
+        drop = share * (1.0 - share) * power / self.area / s.heat_transfer
         film = (1.0 - share) * plate + share * specimen + drop
         return ContactTemperature(mean, top, plate, specimen, film)
 
