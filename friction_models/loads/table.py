@@ -143,14 +143,8 @@ def read_file(
             )
     except InputError:
         raise
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        RuntimeError,
-        OSError,
-        csv.Error,
-    ) as error:  # also of damaged Parquet
+    # Also of damaged Parquet.
+    except (ValueError, LookupError, TypeError, RuntimeError, OSError, csv.Error) as error:
         raise InputError(f"{file}: not a readable table ({shown(error)})") from None
     if frame.columns.empty or frame.empty:
         raise InputError(f"{file}: the table has no rows; allowed: rows below the names of the columns")
