@@ -15,7 +15,7 @@ import pandas as pd
 from fmus import check, pack
 from friction_models import FrictionModel, TriboLoads
 from friction_models.effects import Amplitude, Effect, EffectContext, ShapeParameter
-from friction_models.expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from friction_models.expressions.ops import LoadColumns, Ops, Value
 
 
 # %% A model: learn in `_fit`, write the law in `formula` against `x`, which computes numbers or draws the graph
@@ -114,6 +114,5 @@ def main(folder: Path) -> tuple[FrictionModel, FrictionModel, Path]:
 
 # %%
 if __name__ == "__main__":
-    numbers = LoadColumns.from_matrix(NumpyOps(), np.array([[50.0, 80.0, 1000.0, 10.0, 1.2]]))
-    print("basis at one point:", FilmStarvation().basis(NumpyOps(), numbers, {"E": 2e4}, EffectContext())[0])
+    print("basis at one point:", FilmStarvation(E=2e4).at(sigma_n=1000.0, sd=10.0))
     main(Path("build/own"))

@@ -144,12 +144,7 @@ class Card:
 
     def text(self) -> str:
         """Return all of the card for a terminal."""
-        rows = [
-            ("lubricant", self.lubricant),
-            ("workpiece", self.workpiece),
-            ("tool", self.tool),
-            ("test", self.test),
-        ]
+        rows = [(name, str(getattr(self, name))) for name in ("lubricant", "workpiece", "tool", "test")]
         constants = ", ".join(f"{n} = {v:.5g}" for n, v in self.constants.items())
         rows.append(("law", f"mu = {self.law}" + (f"; {constants}" if constants else "")))
         ranges = [f"{n} {low:g} to {high:g} {QUANTITIES[n].unit}" for n, (low, high) in self.domain.items()]
@@ -158,13 +153,8 @@ class Card:
         rows.append(("uncertainty", u + self.uncertainty_of))
         if self.held_out:
             h = self.held_out
-            rows.append(
-                (
-                    "held out",
-                    f"{h.rmse:.3g} root mean square on tests left out ({h.how}; {h.tests} tests, {h.points} points); "
-                    f"a constant: {h.constant_rmse:.3g}",
-                )
-            )
+            errors = f"{h.rmse:.3g} root mean square on tests left out ({h.how}; {h.tests} tests, {h.points} points)"
+            rows.append(("held out", f"{errors}; a constant: {h.constant_rmse:.3g}"))
         rows += [("measured", self.measured), ("synthetic", self.synthetic), ("basis", self.basis)]
         rows.append(("source", "; ".join(self.source[k] for k in _SOURCE)))
         lines = [f"{self.name}: {self.title}", *(f"  {k:11} {v}" for k, v in rows)]

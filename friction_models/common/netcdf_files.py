@@ -37,7 +37,7 @@ class Dataset(NamedTuple):
     """What a netCDF file holds; ``xarray.Dataset(*data)`` is the same data set."""
 
     variables: Mapping[str, Variable]
-    #: Along the dimensions of their names, or of another name: then `variables` say that they belong to them.
+    #: One that does not run along the dimension of its own name is named in the attribute `coordinates` of the variables.
     coordinates: Mapping[str, Variable]
     attributes: Mapping[str, str | int | float]
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from ..common import InputError, unknown_name
+from ..common.ranges import is_number
 from .ops import NumpyOps, Ops, Value
 
 #: Longest text, and deepest nesting.
@@ -86,10 +87,7 @@ def _check(node: ast.AST, text: str, names: Collection[str], found: set[str], wh
     parts: list[ast.AST] = []
     good = depth < MAX_DEPTH
     if isinstance(node, ast.Constant):
-        number = node.value
-        good = (
-            good and isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < 1e300
-        )
+        good = good and is_number(node.value) and abs(node.value) < 1e300
     elif isinstance(node, ast.Name):
         if node.id not in names:
             raise unknown_name("name", node.id, names, where)

@@ -13,7 +13,7 @@ _SINE = tuple((-1.0) ** k * (2.0 * pi) ** (2 * k + 1) / factorial(2 * k + 1) for
 
 
 def cosine(x: Ops, turns: Value, most: int) -> Value:
-    """Return cos(2 pi turns), where `turns` is between -most and most, at most 64; beyond it is no cosine.
+    """Return cos(2 pi turns), where `turns` is between -most and most (64 or less); beyond it is no cosine.
 
     A cosine is even and repeats. Where a graph is drawn, the argument is folded and a polynomial follows: no back end needs a
     function of its own.

@@ -96,11 +96,8 @@ class PolynomialFriction(FrictionModel):
         terms = self.terms
         shown = " ".join(f"{self.coef_[i]:+.3g} {'*'.join(LOAD_NAMES[j] for j in terms[i])}" for i in order)
         rest = len(terms) - len(order)
-        return (
-            f"mu = {self.intercept_:.4g} {shown}"
-            + (f" and {rest} more terms" if rest else "")
-            + (", loads standardised")
-        )
+        more = f" and {rest} more terms" if rest else ""
+        return f"mu = {self.intercept_:.4g} {shown}{more}, loads standardised"
 
     def _learned(self) -> Learned:
         return {}, {

@@ -6,11 +6,10 @@ import codecs
 import csv
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 import pandas as pd
@@ -143,14 +142,8 @@ def read_file(
             )
     except InputError:
         raise
-    except (
-        ValueError,
-        LookupError,
-        TypeError,
-        RuntimeError,
-        OSError,
-        csv.Error,
-    ) as error:  # also of damaged Parquet
+    # Also of damaged Parquet.
+    except (ValueError, LookupError, TypeError, RuntimeError, OSError, csv.Error) as error:
         raise InputError(f"{file}: not a readable table ({shown(error)})") from None
     if frame.columns.empty or frame.empty:
         raise InputError(f"{file}: the table has no rows; allowed: rows below the names of the columns")
@@ -309,7 +302,7 @@ def encoding_of(file: Path) -> str:
         if encoding != "utf-8-sig":
             return encoding
         stream.seek(0)
-        for block in _blocks(stream):
+        while block := stream.read(1 << 24):
             if b"\0" in block:
                 raise ValueError("binary content; allowed: text")
             if encoding == "utf-8-sig":
@@ -318,11 +311,6 @@ def encoding_of(file: Path) -> str:
                 except UnicodeDecodeError:
                     encoding = "cp1252"
     return encoding
-
-
-def _blocks(stream: BinaryIO) -> Iterator[bytes]:
-    while block := stream.read(1 << 24):
-        yield block
 
 
 def write_table(path: Path, frame: pd.DataFrame) -> None:

@@ -182,8 +182,9 @@ class TableOfTests:
 
     def text(self) -> str:
         """Return the table for the console."""
-        widths = [max(len(row[k]) for row in self.rows) for k in range(len(self.rows[0]))]
-        return "\n".join(_padded(row, widths) for row in self.rows)
+        widths = [max(map(len, column)) for column in zip(*self.rows, strict=True)]
+        padded = ([c.ljust(width) for c, width in zip(row, widths, strict=True)] for row in self.rows)
+        return "\n".join("  ".join(row).rstrip() for row in padded)
 
 
 def change_tests(
@@ -219,7 +220,3 @@ def read_change(text: str) -> tuple[str, str, str]:
     if found is None:
         raise InputError(f"--set {shown(text, 80)!r}; allowed: TEST:COLUMN=VALUE, such as t01:role=test")
     return found[1], found[2], found[3]
-
-
-def _padded(row: Sequence[str], widths: Sequence[int]) -> str:
-    return "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()

@@ -99,17 +99,11 @@ def add_interval(
 
 def report(interval: PredictionInterval) -> str:
     """Return a text report of a calibrated interval."""
-    varies = (
-        "the width depends on the loads"
-        if any(interval.slopes)
-        else "the same width everywhere in the domain"
-    )
-    lines = [
-        f"Prediction interval ({100.0 * interval.level:g} %, {interval.method()}): {interval.tests} tests, {interval.source}; {varies}"
-    ]
-    if interval.coverage:
-        return "\n".join(lines) + "\n" + coverage_text(interval.coverage)
-    return lines[0] + "\n"
+    same = "the same width everywhere in the domain"
+    varies = "the width depends on the loads" if any(interval.slopes) else same
+    method = f"{100.0 * interval.level:g} %, {interval.method()}"
+    head = f"Prediction interval ({method}): {interval.tests} tests, {interval.source}; {varies}\n"
+    return head + (coverage_text(interval.coverage) if interval.coverage else "")
 
 
 def coverage_text(coverage: Mapping[str, Mapping[str, float]]) -> str:

@@ -147,10 +147,8 @@ def _interval_lines(interval: IntervalNumbers) -> list[str]:
     ]
     if interval["coverage"]:
         lines += [
-            *(
-                "",
-                "| role | expected | within (each test alike) | 95 % interval of it | worst test | mean width | tests |",
-            ),
+            "",
+            "| role | expected | within (each test alike) | 95 % interval of it | worst test | mean width | tests |",
             "|---|---|---|---|---|---|---|",
         ]
     for role, c in interval["coverage"].items():
