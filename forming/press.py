@@ -22,7 +22,8 @@ from .fe.mesh.shape import FloatArray
 STROKE = Quantity("stroke", "mm", "punch travel", -1.0, 1e4, 10.0)
 FORCE = Quantity("force", "kN", "punch force", -1e3, 1e5, 300.0)
 LEVEL_COLUMNS = ("process", "T_tool", "speed", "lubricant", "file")
-PROCESSES = ("fre", "bce")
+#: Forward rod and backward cup extrusion.
+PRESS_PROCESSES = ("fre", "bce")
 #: Units of the columns that are known.
 UNITS = {**KNOWN_UNITS, STROKE.name: STROKE.unit, FORCE.name: FORCE.unit}
 _LEVEL_LIMITS = (
@@ -157,8 +158,8 @@ class PressCurves:
         levels = []
         for row, entry in enumerate(frame.to_dict("records")):
             process = str(entry["process"]).strip().lower()
-            if process not in PROCESSES:
-                raise unknown_name("process", entry["process"], PROCESSES, f"{table}, row {row}")
+            if process not in PRESS_PROCESSES:
+                raise unknown_name("process", entry["process"], PRESS_PROCESSES, f"{table}, row {row}")
             name = str(entry["file"]).strip()
             if not _stays_inside(name):
                 raise InputError(

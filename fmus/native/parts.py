@@ -1,4 +1,7 @@
-"""A C function with two builds; a long one is written in parts, as the time of compilers grows with the square of its length."""
+"""A C function, compiled twice: for processors with AVX2 and FMA, and for any other; the processor decides which one runs.
+
+A long function is written in parts, as the time of compilers grows with the square of its length.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Python FMU slaves: ONNX Runtime for a friction model, the forming solver, the tribometer twin."""
+"""Python behind FMUs: slaves of FMI (`*_slave`), solvers that know no FMI (`*_solver`, `core`), the process that serves the C front (`server`)."""

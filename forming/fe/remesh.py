@@ -1,6 +1,6 @@
 """A fresh mesh over the same body: surface sampled anew with its contact and volume kept, fields carried over.
 
-When it is due, `simulation.py` decides by the `RemeshPolicy` of the run (`state.py`).
+When it is due, `simulation.py` decides: by the `RemeshPolicy` of the run (`state.py`), and after an increment that failed.
 """
 
 from __future__ import annotations

@@ -126,11 +126,14 @@ class StepControl:
 
 @dataclass(frozen=True)
 class RemeshPolicy:
-    """When to remesh: after so many increments, at this element quality, at this plastic strain since."""
+    """When to remesh: as soon as one of three limits is passed; `Simulation` looks after every increment.
 
-    every: int = 14
-    quality: float = 0.3
-    strain: float = 0.4
+    Processes pass limits of their own.
+    """
+
+    every: int = 14  #: Increments since the last mesh, at least.
+    quality: float = 0.3  #: The worst element is below this quality.
+    strain: float = 0.4  #: Somewhere plastic strain has grown by more than this since the last mesh.
 
 
 @dataclass

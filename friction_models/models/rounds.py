@@ -1,4 +1,4 @@
-"""Rounds of additions to a model as its file holds them, which may be anybody's."""
+"""Check the refinement history in a model file: what each round added, and the errors before and after. The file is not trusted."""
 
 from __future__ import annotations
 

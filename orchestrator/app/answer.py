@@ -1,4 +1,4 @@
-"""What `diagnose` and `refine` wrote about a model, as far as pages show it; a file of the project may hold anything."""
+"""What `diagnose` and `refine` wrote about a model, as far as pages show it; entries that cannot be used are left out."""
 
 from __future__ import annotations
 

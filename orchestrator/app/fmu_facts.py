@@ -1,4 +1,4 @@
-"""What one wants to know of an FMU before one takes it away; the file may be anybody's, and none of its code runs."""
+"""Facts about an FMU for the page that offers it; the file is not trusted, and none of its code runs."""
 
 from __future__ import annotations
 

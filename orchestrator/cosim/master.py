@@ -42,7 +42,7 @@ from . import iteration
 from .components import Components
 from .iteration import FixedPointIteration
 from .run_folders import Course, Run, write_run
-from .setup.mode_notes import mode_notes
+from .setup.coupling_warnings import coupling_warnings
 from .setup.wiring import Wiring
 from .system import System
 
@@ -123,7 +123,7 @@ class Master:
                     "allowed for it: gauss_seidel, jacobi"
                 )
         #: Sentences about inputs that nothing feeds, algebraic loops, and friction that lags too far.
-        self.warnings = [*self.wiring.notes, *mode_notes(system, self.wiring, mode)]
+        self.warnings = [*self.wiring.notes, *coupling_warnings(system, self.wiring, mode)]
         #: Components that run in a process of their own.
         self.isolated = {n for n, d in self.wiring.descriptions.items() if runs_apart(d.path, isolate)}
         self.course = self._unstarted()

@@ -1,4 +1,4 @@
-"""How the contact of a test is found: from its forces, its geometry and, where it was measured after the test, its diameter.
+"""The contact of a test: found from its forces, its geometry and, where it was measured after the test, its diameter.
 
 The diameter corrects the flow stress or the area of the upsetting run.
 """

@@ -1,4 +1,7 @@
-"""Stribeck curve over the Hersey number: friction falls as viscosity times speed over pressure rises."""
+"""Stribeck curve over the Hersey number: friction falls as viscosity times speed over pressure rises.
+
+Viscosity depends on temperature only, by the law of `viscous.py`.
+"""
 
 from __future__ import annotations
 

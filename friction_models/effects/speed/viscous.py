@@ -1,4 +1,4 @@
-"""Viscous share of mixed lubrication: friction rises with speed, less so under pressure (Hersey number) and when hot.
+"""Viscous share of mixed lubrication: friction rises with speed (divided by pressure: Hersey number) and falls when hot.
 
 Viscosity depends on temperature only; no effect of the catalogue lets it rise with pressure (Barus).
 """
@@ -12,7 +12,9 @@ T_REF = 20.0  # degC
 
 
 class Viscous(Effect):
-    """Hersey-type share ``k_v * (eta(T) v / sigma_n)^q`` with exponential viscosity-temperature law.
+    """``k_v * (eta(T) * v_rel/v_0 * (2 s_0/(sigma_n + s_0))^m)^q``: near a Hersey number, but finite without pressure.
+
+    Viscosity falls exponentially with temperature; m = 0 leaves the pressure out.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""Charts, one file a subject; their colours stand in `parts/theme.py`, those of curves side by side in `parts/palette.py`."""
+"""Charts, one file a subject; colours of all pages stand in `parts/theme.py`, those of one chart at the top of its file."""

@@ -1,1 +1,1 @@
-"""What every page is built of: page frame, markup, theme, palette."""
+"""What every page is built of: page frame, the class `Chart`, cards, colours."""

@@ -1,4 +1,7 @@
-"""What a mode leaves open in a system: algebraic loops, as the dependencies that FMUs declare show them, and lagging friction."""
+"""Warnings about the coupling: algebraic loops that the mode does not solve, and steps too long for friction that lags.
+
+Loops are found by the dependencies that FMUs declare.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ _TREATMENT = {
 }
 
 
-def mode_notes(system: SystemDescription, wiring: Wiring, mode: str) -> list[str]:
+def coupling_warnings(system: SystemDescription, wiring: Wiring, mode: str) -> list[str]:
     """Return a sentence about a loop that the mode does not solve, and about each forming FMU whose friction lags too far."""
     if mode == "iterated":  # repeats each step until all values agree
         return []
