@@ -73,11 +73,15 @@ def damp_days(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     return shifted(data, tests, 6e-4 * (tests["humidity"] - 50.0)), tests
 
 
-@pytest.mark.slow
-def test_one_of_three_operators_who_lies_above_the_others_is_named() -> None:
-    answers = [diagnose(*one_operator(seed)) for seed in range(5)]
+#: Seeds by day, and how many of the answers may be wrong; more of them at night.
+SEEDS = [(range(2), 0), pytest.param(range(5), 1, marks=pytest.mark.nightly)]
+
+
+@pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
+def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range, wrong: int) -> None:
+    answers = [diagnose(*one_operator(seed)) for seed in seeds]
     named = [a for a in answers if a.effects == ["factor:operator"]]
-    assert len(named) >= 4 and all(a.verdict == "explained" for a in named)
+    assert len(named) >= len(seeds) - wrong and all(a.verdict == "explained" for a in named)
     assert not any(set(a.effects) - {"factor:operator"} for a in answers)
     fitted = named[0].parameters["factor:operator"]
     assert fitted["values"]["deviating"]["value"] == 1.0 and "1 = bert" in fitted["equation"]
@@ -85,20 +89,22 @@ def test_one_of_three_operators_who_lies_above_the_others_is_named() -> None:
     assert float(np.mean(found)) == pytest.approx(0.012, abs=0.002)
 
 
-@pytest.mark.slow
-def test_a_number_that_shifts_friction_linearly_is_named() -> None:
-    answers = [diagnose(*damp_days(seed)) for seed in range(5)]
+@pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
+def test_a_number_that_shifts_friction_linearly_is_named(seeds: range, wrong: int) -> None:
+    answers = [diagnose(*damp_days(seed)) for seed in seeds]
     named = [a for a in answers if a.effects == ["factor:humidity"]]
-    assert len(named) >= 4
+    assert len(named) >= len(seeds) - wrong
     slopes = [a.parameters["factor:humidity"]["values"] for a in named]
     found = [v["c"]["value"] / v["scale"]["value"] for v in slopes]
     assert float(np.mean(found)) == pytest.approx(6e-4, rel=0.2)
 
 
-@pytest.mark.slow
-def test_columns_that_mean_nothing_are_hardly_ever_named() -> None:
-    answers = [diagnose(*campaign(seed)) for seed in range(12)]
-    assert sum(bool(a.effects) for a in answers) <= 1
+@pytest.mark.parametrize(
+    ("seeds", "wrong"), [(range(4), 0), pytest.param(range(4, 12), 1, marks=pytest.mark.nightly)]
+)
+def test_columns_that_mean_nothing_are_hardly_ever_named(seeds: range, wrong: int) -> None:
+    answers = [diagnose(*campaign(seed)) for seed in seeds]
+    assert sum(bool(a.effects) for a in answers) <= wrong
 
 
 def test_every_operator_has_an_offset_and_few_tests_draw_it_towards_zero() -> None:

@@ -27,9 +27,9 @@ def running_in(seed: int, tests: int = 30) -> Campaign:
     return prepare(pd.concat(frames, ignore_index=True))
 
 
-def test_intervals_hold_the_truth() -> None:
+@pytest.mark.parametrize("seeds", [12, pytest.param(30, marks=pytest.mark.nightly)])
+def test_intervals_hold_the_truth(seeds: int) -> None:
     inside = {"delta_r": 0, "s_r": 0}
-    seeds = 30
     for seed in range(seeds):
         campaign = running_in(seed)
         (term,) = fit_terms(

@@ -156,6 +156,7 @@ def test_wilson_intervals() -> None:
     assert study.wilson(0, 200)[1] == pytest.approx(0.0188, abs=1e-4)
 
 
+@pytest.mark.nightly
 def test_one_case_of_each_kind_runs() -> None:
     single = study.run_case(study.Case("single", ("wear_out",), 49_001))
     assert single["verdict"] in {"explained", "ambiguous"} and single["hidden"] == ["wear_out"]

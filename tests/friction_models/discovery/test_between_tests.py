@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 from scipy.stats import binom
 
 from friction_models import LinearFriction
@@ -30,19 +31,19 @@ def _table(rng: np.random.Generator, data: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def test_a_batch_far_apart_hides_neither_itself_nor_what_temperature_does() -> None:
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+def test_a_batch_far_apart_hides_neither_itself_nor_what_temperature_does(seed: int) -> None:
     # 16 tests, scatter between them 0.0005, the batch 0.02 above; friction falls with a Lorentz curve of temperature
-    for seed in range(2):
-        rng = np.random.default_rng([seed, 8])
-        data = measured(rng, tests=TESTS, points=10, between=0.0005, sensor=0.0003)
-        tests = _table(rng, data)
-        shift = 0.02 * data["test_id"].map(tests.set_index("test_id")["batch"]).eq("B")
-        warm = 0.03 / (1.0 + (data["T"] / 70.0) ** 2)
-        answer = diagnose(data.assign(mu=data["mu"] + shift + warm), tests)
-        assert answer.effects[:1] == ["batch"], answer.sentence
-        told = {*answer.effects, *answer.confusion_set}
-        assert told & {"thermal_softening", "thermal_breakdown", "twin_heating"}, answer.sentence
-        assert answer.error_budget["floor"] < 0.001
+    rng = np.random.default_rng([seed, 8])
+    data = measured(rng, tests=TESTS, points=10, between=0.0005, sensor=0.0003)
+    tests = _table(rng, data)
+    shift = 0.02 * data["test_id"].map(tests.set_index("test_id")["batch"]).eq("B")
+    warm = 0.03 / (1.0 + (data["T"] / 70.0) ** 2)
+    answer = diagnose(data.assign(mu=data["mu"] + shift + warm), tests)
+    assert answer.effects[:1] == ["batch"], answer.sentence
+    told = {*answer.effects, *answer.confusion_set}
+    assert told & {"thermal_softening", "thermal_breakdown", "twin_heating"}, answer.sentence
+    assert answer.error_budget["floor"] < 0.001
 
 
 def test_metadata_that_says_nothing_is_hardly_ever_taken() -> None:

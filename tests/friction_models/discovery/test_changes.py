@@ -14,7 +14,7 @@ from friction_models.discovery.answer.changes import changes_text, read_diagnosi
 
 
 def test_more_tests_settle_what_few_could_not_and_the_text_says_so(tmp_path: Path) -> None:
-    points, tests, _ = campaign("wear_out", seed=41, strength=1.5, thin=12, extra=0)
+    points, tests, _ = campaign("wear_out", seed=41, strength=1.5, thin=40, extra=0)
     few = points[points["test_id"].isin(tests["test_id"].iloc[:5])]
     before = diagnose(few, tests)
     file = tmp_path / "before.json"

@@ -21,6 +21,8 @@ CLEAR = [
     "stribeck", "viscous", "thermal_softening", "thermal_breakdown", "running_in", "wear_out", "work_exhaustion",
     "rate_state", "tool_roughness", "flash_temperature", "surface_expansion", "static_peak",
 ]  # fmt: skip
+#: By day those that no other test names, and the first, as what is told apart counts on average.
+DAILY = [n for n in CLEAR if n not in ("thermal_softening", "running_in", "wear_out", "rate_state")]
 #: What they do is over within millimetres: there must be points in these.
 SHORT = ("rate_state", "static_peak")
 KEYS = [
@@ -47,75 +49,61 @@ def worn_diagnosis(worn: tuple[pd.DataFrame, pd.DataFrame]) -> Diagnosis:
     return diagnose(*worn)
 
 
-def test_no_false_alarms() -> None:
-    verdicts = [diagnose(*campaign(None, seed=500 + s, thin=40, extra=0)[:2]).verdict for s in range(12)]
-    assert sum(v != "nothing_missing" for v in verdicts) <= 1, verdicts
+@pytest.mark.parametrize(
+    ("seeds", "allowed"),
+    [(range(500, 504), 0), pytest.param(range(504, 512), 1, marks=pytest.mark.nightly)],
+)
+def test_no_false_alarms(seeds: range, allowed: int) -> None:
+    verdicts = [diagnose(*campaign(None, seed=s, thin=40, extra=0)[:2]).verdict for s in seeds]
+    assert sum(v != "nothing_missing" for v in verdicts) <= allowed, verdicts
 
 
-def test_hidden_effects_are_named() -> None:
+@pytest.mark.parametrize("names", [DAILY, pytest.param(CLEAR, marks=pytest.mark.nightly)], ids=len)
+def test_hidden_effects_are_named(names: list[str]) -> None:
     first, named, sizes = 0, 0, []
-    for k, name in enumerate(CLEAR):
+    for name in names:
         thin = 20 if name in SHORT else 40
-        points, tests, _ = campaign(name, seed=40 + k, strength=1.2, thin=thin, extra=0)
+        points, tests, _ = campaign(name, seed=40 + CLEAR.index(name), strength=1.2, thin=thin, extra=0)
         answer = diagnose(points, tests)
         first += answer.ranking[0]["effect"] == name
         named += name in answer.confusion_set
         sizes.append(len(answer.confusion_set))
-    assert first >= 0.9 * len(CLEAR) and named >= 0.9 * len(CLEAR)
+    assert first >= 0.9 * len(names) and named >= 0.9 * len(names)
     assert np.mean(sizes) <= 1.4
 
 
-def test_twins_of_pressure_are_called_ambiguous_and_a_protocol_is_proposed() -> None:
-    answers = [
-        diagnose(*campaign("pressure_power", seed=60 + s, strength=2.0, thin=40)[:2]) for s in range(3)
-    ]
-    assert sum(a.verdict == "ambiguous" for a in answers) >= 2
-    for a in answers:
-        assert a.ranking[0]["effect"] in {"pressure_power", "pressure_saturation", "force_zero"}
-    unsure = next(a for a in answers if a.verdict == "ambiguous")
-    assert "pressure_power" in unsure.confusion_set and len(unsure.confusion_set) > 1
-    assert {n["protocol"] for n in unsure.next_tests} & {"pressure ramp", "zero reading"}
-    assert set(unsure.next_tests[0]["separates"]) <= set(unsure.confusion_set)
+PAIRS = ["stribeck+wear_out", "running_in+thermal_softening", "surface_expansion+thermal_breakdown"]
 
 
-def test_pairs_are_found() -> None:
+@pytest.mark.parametrize(
+    ("pairs", "least"), [(PAIRS[:1], 1), pytest.param(PAIRS[1:], 1, marks=pytest.mark.nightly)]
+)
+def test_pairs_are_found(pairs: list[str], least: int) -> None:
     exact = 0
-    for k, pair in enumerate(
-        ["stribeck+wear_out", "running_in+thermal_softening", "surface_expansion+thermal_breakdown"]
-    ):
-        points, tests, _ = campaign(pair, seed=80 + k, strength=1.3, thin=40, extra=0)
+    for pair in pairs:
+        points, tests, _ = campaign(pair, seed=80 + PAIRS.index(pair), strength=1.3, thin=40, extra=0)
         exact += sorted(diagnose(points, tests).effects) == sorted(pair.split("+"))
-    assert exact >= 2
+    assert exact >= least
 
 
 def test_structure_outside_the_catalogue_is_not_given_a_name() -> None:
-    answers = [
-        diagnose(
-            *campaign(
-                None, seed=90, strength=1.2, thin=40, extra=0, shape=lambda r, g: (r.v - 200) * (r.psi - 1.4)
-            )[:2]
-        ),
-        diagnose(
-            *campaign(None, seed=91, strength=1.2, thin=40, extra=0, shape=lambda r, g: np.sin(r.sd / 2.8))[
-                :2
-            ]
-        ),
-        diagnose(
-            *campaign(
-                None,
-                seed=92,
-                strength=1.2,
-                thin=40,
-                extra=0,
-                shape=lambda r, g: np.exp(-(((r.T - 250) / 60) ** 2)),
-            )[:2]
-        ),
-    ]
-    unknown = [a for a in answers if a.verdict == "unknown_structure"]
-    assert len(unknown) >= 2 and all(not a.effects for a in unknown)
-    assert (
-        set(answers[0].where[0]["variables"]) == {"v_rel", "psi"} or answers[0].verdict != "unknown_structure"
+    made = campaign(
+        None, seed=90, strength=1.2, thin=40, extra=0, shape=lambda r, g: (r.v - 200) * (r.psi - 1.4)
     )
+    answer = diagnose(*made[:2])
+    assert answer.verdict == "unknown_structure" and not answer.effects
+    assert set(answer.where[0]["variables"]) == {"v_rel", "psi"}
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("seed", "shape"),
+    [(91, lambda r, g: np.sin(r.sd / 2.8)), (92, lambda r, g: np.exp(-(((r.T - 250) / 60) ** 2)))],
+    ids=["waves", "bump"],
+)
+def test_other_structure_outside_the_catalogue_is_not_given_a_name(seed: int, shape: Any) -> None:
+    answer = diagnose(*campaign(None, seed=seed, strength=1.2, thin=40, extra=0, shape=shape)[:2])
+    assert answer.verdict == "unknown_structure" and not answer.effects
 
 
 def test_fault_of_the_data_is_told_from_physics() -> None:
@@ -142,13 +130,6 @@ def test_json_has_the_agreed_keys_and_the_report_starts_with_the_verdict(worn_di
     assert report.startswith("EXPLAINED: Film wear is missing from the linear model: friction rises late")
     for part in ("noise floor", "Ranked evidence", "Worst tests", "delta_w"):
         assert part in report
-
-
-def test_same_seed_same_answer(worn: tuple[pd.DataFrame, pd.DataFrame], worn_diagnosis: Diagnosis) -> None:
-    assert diagnose(*worn).to_dict() == worn_diagnosis.to_dict()
-    shuffled = worn[0].iloc[np.argsort(worn[0]["test_id"].to_numpy()[::-1], kind="stable")]
-    again = diagnose(shuffled, worn[1])
-    assert again.effects == worn_diagnosis.effects
 
 
 def test_refine_removes_the_avoidable_error(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
@@ -186,19 +167,24 @@ def test_an_addition_that_hurts_is_refused(worn: tuple[pd.DataFrame, pd.DataFram
         )
 
 
-def test_flexible_and_fixed_bases(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+def test_trees_and_a_model_that_has_the_effect(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
     points, tests = worn[0].iloc[::3], worn[1]
-    assert diagnose(points, tests, model=PolynomialFriction()).ranking[0]["effect"] == "wear_out"
     trees = diagnose(points, tests, model=GradientBoostingFriction())
     assert trees.model == "gradient_boosting" and trees.verdict in {
         "nothing_missing",
         "explained",
         "unknown_structure",
     }
-    fixed = diagnose(points, tests, model=FixedLaw())
-    assert fixed.error_budget["explained"] >= 0.0 and fixed.verdict != "nothing_missing"
     fitted = (LinearFriction() + "wear_out").fit_frame(points, tests)
     assert diagnose(points, tests, model=fitted).verdict == "nothing_missing"
+
+
+@pytest.mark.nightly  # fixed models by day: `test_fixed`
+def test_flexible_and_fixed_bases(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+    points, tests = worn[0].iloc[::3], worn[1]
+    assert diagnose(points, tests, model=PolynomialFriction()).ranking[0]["effect"] == "wear_out"
+    fixed = diagnose(points, tests, model=FixedLaw())
+    assert fixed.error_budget["explained"] >= 0.0 and fixed.verdict != "nothing_missing"
 
 
 def test_data_outside_the_domain_are_not_judged(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:

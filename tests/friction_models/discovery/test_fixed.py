@@ -80,9 +80,12 @@ def test_a_wrong_level_is_not_called_complete() -> None:
         assert "constant offset" in found.report()
 
 
-def test_the_right_level_is_complete() -> None:
-    verdicts = [diagnose(made(seed), model=flat(LEVEL)).verdict for seed in range(10, 22)]
-    assert verdicts.count("nothing_missing") >= 11
+@pytest.mark.parametrize(
+    ("seeds", "wrong"), [(range(10, 13), 0), pytest.param(range(13, 22), 1, marks=pytest.mark.nightly)]
+)
+def test_the_right_level_is_complete(seeds: range, wrong: int) -> None:
+    verdicts = [diagnose(made(seed), model=flat(LEVEL)).verdict for seed in seeds]
+    assert verdicts.count("nothing_missing") >= len(seeds) - wrong
 
 
 def test_an_effect_is_found_beside_a_wrong_level() -> None:

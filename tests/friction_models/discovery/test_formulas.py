@@ -90,9 +90,10 @@ def removed(data: pd.DataFrame, effects: Any, train: np.ndarray) -> float:
     return (base - error(ComposedFriction(LinearFriction(), list(effects)), 0.0 * part)) / (base - true)
 
 
-def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests() -> None:
+@pytest.mark.parametrize("hidden", [2, pytest.param(len(HIDDEN), marks=pytest.mark.nightly)])
+def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests(hidden: int) -> None:
     shares = {}
-    for seed, (name, shape) in enumerate(HIDDEN.items()):
+    for seed, (name, shape) in enumerate([*HIDDEN.items()][:hidden]):
         data = hiding(shape, seed)
         train = data["test_id"].rank(method="dense").to_numpy() % 4 != 0
         found = offered(data[train])
@@ -166,12 +167,18 @@ def test_other_verdicts_offer_nothing(resonance: pd.DataFrame) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "empirical:bump(T)",
+        # Every form of argument by day.
         "empirical:threshold(T*sigma_n)",
         "empirical:line(v_rel)*step(psi)",
-        "empirical:wave(T)*wave(psi)",
         "empirical:bump(T-log_v_rel)",
-        "empirical:share(sigma_n)*fall(log_v_rel)",
+        *(
+            pytest.param(name, marks=pytest.mark.nightly)
+            for name in (
+                "empirical:bump(T)",
+                "empirical:wave(T)*wave(psi)",
+                "empirical:share(sigma_n)*fall(log_v_rel)",
+            )
+        ),
     ],
 )
 def test_outside_of_the_tests_the_model_is_its_base_and_files_repeat_it(

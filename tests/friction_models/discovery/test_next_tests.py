@@ -63,6 +63,22 @@ def test_separation_is_in_standard_errors() -> None:
     assert two(0.0).separation(0, 1) == 0.0
 
 
+def test_twins_of_pressure_are_called_ambiguous_and_a_protocol_is_proposed(unsure: Diagnosis) -> None:
+    assert unsure.verdict == "ambiguous"
+    assert unsure.ranking[0]["effect"] in {"pressure_power", "pressure_saturation", "force_zero"}
+    assert "pressure_power" in unsure.confusion_set and len(unsure.confusion_set) > 1
+    assert {n["protocol"] for n in unsure.next_tests} & {"pressure ramp", "zero reading"}
+    assert set(unsure.next_tests[0]["separates"]) <= set(unsure.confusion_set)
+
+
+@pytest.mark.nightly
+def test_twins_of_pressure_are_hardly_ever_told_apart() -> None:
+    answers = [diagnose(*campaign("pressure_power", seed=s, strength=2.0, thin=40)[:2]) for s in (61, 62)]
+    assert any(a.verdict == "ambiguous" for a in answers)
+    for a in answers:
+        assert a.ranking[0]["effect"] in {"pressure_power", "pressure_saturation", "force_zero"}
+
+
 def test_proposals_are_rows_of_a_plan_and_the_laboratory_takes_them(unsure: Diagnosis) -> None:
     assert unsure.verdict == "ambiguous" and unsure.next_tests
     for entry in unsure.next_tests:
@@ -139,7 +155,7 @@ def unties(row: dict[str, str | float]) -> bool:
     return slow != cold or row["protocol"] == "speed_step"
 
 
-@pytest.mark.parametrize("law", ["v_rel", "T"])
+@pytest.mark.parametrize("law", [pytest.param("v_rel", marks=pytest.mark.nightly), "T"])
 def test_the_proposed_test_unties_loads_that_move_together(law: str) -> None:
     truth = BOTH[0] if law == "v_rel" else BOTH[1]
     first = diagnose(*made(TIED, law), catalogue=BOTH)
@@ -245,6 +261,7 @@ def test_a_rest_between_two_points_lets_the_contact_age(tmp_path: Path) -> None:
     assert not rests(steady, time_steps(steady, [0])).any()
 
 
+@pytest.mark.nightly  # by day the demo in tests/acceptance/test_loop.py runs what a first answer proposes
 def test_the_proposed_protocol_separates_the_rivals_in_the_virtual_laboratory(tmp_path: Path) -> None:
     loads = product((500.0, 1500.0, 2700.0), (50.0, 400.0), (20.0, 200.0))
     rows = [{"sigma_set": s, "psi_set": 1.069, "v_set": v, "T_tool": T, "sd_set": 10.0} for s, v, T in loads]

@@ -36,7 +36,7 @@ def _noise(rng: np.random.Generator, data: pd.DataFrame) -> np.ndarray:
     return data["test_id"].map(level).to_numpy() + rng.normal(0.0, 0.001, len(data))
 
 
-@pytest.mark.parametrize("along", ["decaying", "step"])
+@pytest.mark.parametrize("along", [pytest.param("decaying", marks=pytest.mark.nightly), "step"])
 def test_a_speed_law_and_a_change_along_the_distance_are_not_taken_for_memory(along: str) -> None:
     rng = np.random.default_rng([2, 31])
     data = _tests(rng, steps_of_speed=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from friction_models.discovery import diagnose
 
@@ -28,8 +29,8 @@ def first_names(data: pd.DataFrame, rng: np.random.Generator) -> set[str]:
     return told
 
 
-def test_the_first_of_twins_does_not_hang_on_single_tests() -> None:
-    told = [first_names(under_pressure(seed), np.random.default_rng(seed)) for seed in range(2)]
-    assert [len(names) for names in told] == [1, 1]
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+def test_the_first_of_twins_does_not_hang_on_single_tests(seed: int) -> None:
+    told = first_names(under_pressure(seed), np.random.default_rng(seed))
     # fewest numbers first, then the order of the catalogue; a fault last
-    assert told == [{"pressure_power"}] * 2
+    assert told == {"pressure_power"}
