@@ -72,8 +72,8 @@ def write(path: Path, blocks: list[tuple[str, Array]], formats: str) -> None:
 @pytest.mark.parametrize(
     ("name", "units", "count"),
     [
-        ("polynomial", "tonne-mm-s", 1000),
-        ("linear + work_exhaustion", "tonne-mm-s", COUNT),
+        pytest.param("polynomial", "tonne-mm-s", 1000, marks=pytest.mark.nightly),
+        pytest.param("linear + work_exhaustion", "tonne-mm-s", COUNT, marks=pytest.mark.nightly),
         ("linear + work_exhaustion", "english", 500),
         ("linear + tool_roughness", "tonne-mm-s", 500),
     ],
@@ -125,9 +125,9 @@ DOUBLE = ["-fdefault-real-8", "-fdefault-double-8"]
 @pytest.mark.parametrize(
     ("name", "units", "temperature", "count"),
     [
-        ("polynomial", "tonne-mm-s", "degC", 1000),
+        pytest.param("polynomial", "tonne-mm-s", "degC", 1000, marks=pytest.mark.nightly),
         ("linear + work_exhaustion", "kg-mm-ms", "K", COUNT),
-        ("linear + tool_roughness", "kg-m-s", "K", 100),
+        pytest.param("linear + tool_roughness", "kg-m-s", "K", 100, marks=pytest.mark.nightly),
     ],
 )
 def test_lsdyna_follows_the_model_at_ten_thousand_nodes(
@@ -204,7 +204,9 @@ def lua() -> str:
     return found
 
 
-@pytest.mark.parametrize("name", IN_LUA)
+@pytest.mark.parametrize(
+    "name", [IN_LUA[0], *(pytest.param(n, marks=pytest.mark.nightly) for n in IN_LUA[1:3]), IN_LUA[3]]
+)
 def test_qform_follows_the_model_at_ten_thousand_points(name: str, tmp_path: Path) -> None:
     source = parse_source(content_of(name), name)
     folder = export(source, tmp_path / "qform", "qform", units="kg-m-s", temperature="K")
@@ -266,7 +268,13 @@ def test_qform_takes_the_names_of_the_fields_and_refuses_what_lua_has_not(tmp_pa
         run([lua(), "selftest.lua"], folder)
 
 
-@pytest.mark.parametrize(("target", "parts"), [("deform", DEFORM), ("lsdyna", ["lsdyna.f", "selftest.f90"])])
+@pytest.mark.parametrize(
+    ("target", "parts"),
+    [
+        ("deform", DEFORM),
+        pytest.param("lsdyna", ["lsdyna.f", "selftest.f90"], marks=pytest.mark.nightly),
+    ],
+)
 def test_effects_that_remember_go_through_the_fortran_hosts(
     target: str, parts: list[str], tmp_path: Path
 ) -> None:

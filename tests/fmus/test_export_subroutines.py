@@ -23,6 +23,12 @@ from tests.fmus.exported import (
     run,
 )
 
+#: By day one model without memory, one with, and one with a system variable.
+CASES = [
+    pytest.param(n, marks=pytest.mark.nightly if n in ("constant", "ffnn", "gradient_boosting") else ())
+    for n in NAMES
+]
+
 
 def build_fortran(folder: Path, parts: list[str], *flags: str) -> None:
     fortran = shutil.which("gfortran")
@@ -33,7 +39,7 @@ def build_fortran(folder: Path, parts: list[str], *flags: str) -> None:
     run([fortran, *FORTRAN, *flags, *parts, "model.o", "-o", "driver", "-lm"], folder)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CASES)
 def test_ufric_follows_the_fmu_through_iterations_and_cutbacks(name: str, tmp_path: Path) -> None:
     model = made(name)
     folder = export(model.source, tmp_path / "ufric", "ufric")
@@ -131,7 +137,7 @@ def test_ufric_carries_sliding_distance_and_memory_through_a_remeshing(tmp_path:
         run(["./driver", "remesh.txt"], folder)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CASES)
 def test_vfric_and_vfriction_follow_the_fmu(name: str, tmp_path: Path) -> None:
     model = made(name)
     folder = export(model.source, tmp_path / "vfric", "vfric")

@@ -68,8 +68,8 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory, linear_onnx: Path, memory
     return get
 
 
-@pytest.mark.parametrize("name", ["linear", "memory", "ageing"])
-@pytest.mark.parametrize("nodes", [1, 3])
+@pytest.mark.parametrize("name", [pytest.param("linear", marks=pytest.mark.nightly), "memory", "ageing"])
+@pytest.mark.parametrize("nodes", [pytest.param(1, marks=pytest.mark.nightly), 3])
 def test_fmpy_finds_no_problem(unpacked: Get, name: str, nodes: int) -> None:
     assert validate_fmu(str(unpacked(name, nodes).path)) == []
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 import onnxruntime
 import pytest
@@ -9,6 +12,7 @@ import pytest
 from friction_models.families.linear import LinearFriction
 from friction_models.families.polynomial import PolynomialFriction
 from friction_models.families.power_law import PowerLawFriction
+from friction_models.families.registry import FAMILIES
 from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.catalogue import EXPORTED, NAMES, content_of, model_of
 from tests.fmus.compiled import Array, Compiled
@@ -20,9 +24,28 @@ UPPER = np.array([q.upper for q in LOADS])
 CORNERS = np.array(np.meshgrid(*[[0.0, 1.0]] * 5)).reshape(5, -1).T
 
 
+#: By day every family, and the effects with memory and variables of their own. The generated C knows operators, not effects:
+#: those are tested one by one in `test_generator`, the graphs of the effects in tests/contract.
+DAILY = [*FAMILIES, *(n for n in NAMES if n.count(" + ") > 1)]
+CASES = [pytest.param(n, marks=() if n in DAILY else pytest.mark.nightly) for n in NAMES]
+
+
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
-    return Compiled({n: content_of(n) for n in NAMES}, tmp_path_factory.mktemp("parity"))
+def library(tmp_path_factory: pytest.TempPathFactory) -> Callable[[bool], Compiled]:
+    """The models of the day or those of the night, each in one library."""
+
+    @cache
+    def made(daily: bool) -> Compiled:
+        names = [n for n in NAMES if (n in DAILY) == daily]
+        return Compiled({n: content_of(n) for n in names}, tmp_path_factory.mktemp("parity"))
+
+    return made
+
+
+@pytest.fixture
+def models(library: Callable[[bool], Compiled], name: str) -> Compiled:
+    """The library of the model that a test is about."""
+    return library(name in DAILY)
 
 
 def domain_of(models: Compiled, name: str) -> tuple[Array, Array]:
@@ -73,7 +96,7 @@ def test_every_exported_effect_takes_part() -> None:
             assert all(a != 0.0 for a in amplitudes.values())
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CASES)
 def test_values_are_those_of_onnx_runtime(name: str, models: Compiled) -> None:
     loads = loads_of(models, name)
     states, system = states_of(models, name, POINTS), system_of(models, name, 1.3)
@@ -91,7 +114,7 @@ def test_values_are_those_of_onnx_runtime(name: str, models: Compiled) -> None:
         np.testing.assert_allclose(rate, expected["state_der"], rtol=1e-12, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CASES)
 def test_a_point_has_the_same_bits_alone_and_anywhere_in_a_block(name: str, models: Compiled) -> None:
     loads = loads_of(models, name)
     states, system = states_of(models, name, POINTS), system_of(models, name)
@@ -105,10 +128,10 @@ def test_a_point_has_the_same_bits_alone_and_anywhere_in_a_block(name: str, mode
     )
 
 
+@pytest.mark.parametrize("name", ["ffnn + work_exhaustion + tool_roughness"])
 def test_compilers_without_extensions_get_the_plain_build(
-    models: Compiled, tmp_path_factory: pytest.TempPathFactory
+    name: str, models: Compiled, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    name = "ffnn + work_exhaustion + tool_roughness"
     flags = ("-DTF_PLAIN_ONLY", "-Wpedantic")
     strict = Compiled({name: content_of(name)}, tmp_path_factory.mktemp("strict"), *flags)
     assert not strict.has_wide
@@ -128,7 +151,7 @@ def smooth_points(models: Compiled, name: str, count: int = 120) -> tuple[Array,
     return low + share * (high - low), (starts + (starts == 0.0)) * factor, system_of(models, name)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CASES)
 def test_derivatives_are_those_of_the_values(name: str, models: Compiled) -> None:
     loads, states, system = smooth_points(models, name)
     low, high = domain_of(models, name)

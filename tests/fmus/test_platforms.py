@@ -50,7 +50,7 @@ def network(folder: Path) -> Path:
     return save(graph_bytes(nodes, constants, metadata=metadata), folder / "network.onnx")
 
 
-@pytest.fixture(scope="module", params=["2.0", "3.0"])
+@pytest.fixture(scope="module", params=["2.0", pytest.param("3.0", marks=pytest.mark.nightly)])
 def everywhere(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     """One FMU a version with the libraries of all platforms."""
     if compiling.zig_command() is None:
@@ -169,6 +169,7 @@ def signature_fits(part: bytes) -> bool:
 
 
 def test_names_of_platforms() -> None:
+    assert {p.folder("3.0"): {name} for name, p in PLATFORMS.items()} == FOLDERS["3.0"]
     assert [p.name for p in resolve(["all"])] == list(PLATFORMS)
     assert [p.name for p in resolve(["win64", "linux64"])] == ["x86_64-linux", "x86_64-windows"]
     assert resolve(["macos"]) == resolve(["aarch64-darwin", "x86_64-darwin", "darwin64"])

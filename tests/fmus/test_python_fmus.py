@@ -143,8 +143,16 @@ def test_forming_fmu_is_the_solver(forming: Path) -> None:
     ("process", "start"),
     [
         ("fre", {"relief": 0.6, "container_length": 40.0, "press_stiffness": 400.0, "tool_modulus": 600.0}),
-        ("bce", {"nose_angle": 10.0, "tip_radius": 3.0, "relief": 0.4, "die_outer_diameter": 60.0}),
-        ("upsetting", {"height": 10.0, "mesh_size": 1.25, "shear_factor": 0.5}),
+        pytest.param(
+            "bce",
+            {"nose_angle": 10.0, "tip_radius": 3.0, "relief": 0.4, "die_outer_diameter": 60.0},
+            marks=pytest.mark.nightly,
+        ),
+        pytest.param(
+            "upsetting",
+            {"height": 10.0, "mesh_size": 1.25, "shear_factor": 0.5},
+            marks=pytest.mark.nightly,
+        ),
         ("ring", {"bore_diameter": 5.0, "h_ambient": 0.0}),
     ],
 )

@@ -13,7 +13,12 @@ from .fuzz.packing import packed
 
 #: What a process may grow by between the second and the last tenth of its cycles [bytes]; a leak of one byte a cycle is more.
 GROWTH = 4096
-CASES = [("memory", "2.0"), ("network", "2.0"), ("memory", "3.0"), ("ode", "3.0")]
+CASES = [
+    ("memory", "2.0"),
+    pytest.param("network", "2.0", marks=pytest.mark.nightly),
+    pytest.param("memory", "3.0", marks=pytest.mark.nightly),
+    ("ode", "3.0"),
+]
 Host = Callable[[str, str], tuple[Path, Path]]
 
 
@@ -68,7 +73,9 @@ def test_threads_get_the_numbers_that_one_gets_alone(kind: str, fmi: str, host: 
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("kind", "fmi"), [("memory", "2.0"), ("network", "3.0")])
+@pytest.mark.parametrize(
+    ("kind", "fmi"), [("memory", "2.0"), pytest.param("network", "3.0", marks=pytest.mark.nightly)]
+)
 def test_threads_share_nothing_that_is_written(kind: str, fmi: str, tmp_path: Path) -> None:
     tool = compiler(THREAD)
     if tool is None:

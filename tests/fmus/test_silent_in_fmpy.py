@@ -32,7 +32,13 @@ def linear() -> LinearFriction:
     return LinearFriction().fit(loads, 0.08 - 1e-5 * loads.sigma_n, np.repeat(np.arange(10), 5))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+#: Each version, the map and a solver; the others differ by their number of points, or run in Python.
+DAILY = ("native, FMI 2, 20 nodes", "native, FMI 3", "map", "twin")
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=() if k in DAILY else pytest.mark.nightly) for k in KINDS]
+)
 def test_fmpy_has_nothing_to_say(
     kind: str, linear: LinearFriction, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

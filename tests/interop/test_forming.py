@@ -23,6 +23,7 @@ def force(extrusion: Extrusion) -> np.ndarray:
     return extrusion.ours()
 
 
+@pytest.mark.nightly  # by day the next test, and what libcosim does with the slider of `test_masters`
 def test_libcosim(extrusion: Extrusion, force: np.ndarray) -> None:
     if not version("libcosimpy"):
         pytest.skip("not installed: libcosimpy (extra [interop])")

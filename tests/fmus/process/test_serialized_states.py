@@ -15,13 +15,17 @@ from fmus.runtime.running import FmuError, RunningFmu, UnpackedFmu
 from fmus.slaves.state_bytes import from_bytes, to_bytes
 from friction_models.common import InputError
 
+FORMING = (pack_forming, {"n_points": 12, "mesh_size": 0.8}, {"half_angle": 30.0})
+TWIN = (pack_twin, {}, {"bore": 0.0, "T_tool": 50.0})
 
-@pytest.mark.parametrize("target", ["process", "python"])
+
 @pytest.mark.parametrize(
-    ("packer", "options", "other"),
+    ("packer", "options", "other", "target"),
     [
-        (pack_forming, {"n_points": 12, "mesh_size": 0.8}, {"half_angle": 30.0}),
-        (pack_twin, {}, {"bore": 0.0, "T_tool": 50.0}),
+        pytest.param(*FORMING, "process", marks=pytest.mark.nightly),
+        (*FORMING, "python"),
+        (*TWIN, "process"),
+        pytest.param(*TWIN, "python", marks=pytest.mark.nightly),
     ],
 )
 def test_another_instance_goes_on_bit_by_bit(

@@ -24,7 +24,11 @@ def step(fmu: RunningFmu, unpacked: UnpackedFmu, k: int) -> list[float]:
     return found
 
 
-@pytest.mark.parametrize("target", ["python", "process"])
+#: By day `test_solver_process` compares the two, step by step.
+TARGETS = ["python", pytest.param("process", marks=pytest.mark.nightly)]
+
+
+@pytest.mark.parametrize("target", TARGETS)
 def test_two_processes_in_turn_are_each_as_alone(target: str, tmp_path: Path) -> None:
     fmus, alone = {}, []
     for name in ("fre", "bce"):
@@ -44,7 +48,7 @@ def test_two_processes_in_turn_are_each_as_alone(target: str, tmp_path: Path) ->
     assert alone[0] != alone[1]
 
 
-@pytest.mark.parametrize("target", ["python", "process"])
+@pytest.mark.parametrize("target", TARGETS)
 def test_back_over_a_remeshing_and_on_with_the_same_bits(target: str, tmp_path: Path) -> None:
     process = ForwardRodExtrusion(**OPTIONS)
     process.start(0.05)

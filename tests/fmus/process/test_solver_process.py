@@ -38,7 +38,12 @@ def play(fmu: RunningFmu, mu: list[str], outputs: list[str], flags: list[str], s
     ("packer", "options", "start"),
     [
         (pack_forming, {"n_points": N, "mesh_size": 0.8}, {"half_angle": 50.0, "mu[2]": 0.11}),
-        (pack_forming, {"process": "bce", "n_points": N, "mesh_size": 0.8}, {"punch_diameter": 13.0}),
+        pytest.param(
+            pack_forming,
+            {"process": "bce", "n_points": N, "mesh_size": 0.8},
+            {"punch_diameter": 13.0},
+            marks=pytest.mark.nightly,
+        ),
         (pack_twin, {}, {"F_n": 200e3, "T_tool": 100.0}),
     ],
 )
@@ -107,6 +112,7 @@ def test_bad_parameter_is_refused_at_the_start(forming: UnpackedFmu) -> None:
         RunningFmu(forming, start={"half_angle": 500.0})
 
 
+@pytest.mark.nightly  # by day tests/interop/test_forming.py couples it with friction in the same program
 def test_runs_in_a_simulator_without_python(folder: Path, forming: UnpackedFmu, tmp_path: Path) -> None:
     """The ecos command line: only the interpreter's path is told to it."""
     found = find_spec("ecospy")
