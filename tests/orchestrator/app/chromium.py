@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 from typing import Any
 
+from orchestrator.app.project import HISTORY, history
+
 from .conftest import Served
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -12,6 +14,11 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 OFFLINE = ("--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-background-networking")
 #: Longest wait for anything [ms]: far longer than it takes.
 PATIENCE = 60_000
+
+
+def something_happens(server: Served) -> None:
+    """Write a line into the history, as a command that ends does; every page is built anew."""
+    history.add(server.root / HISTORY, history.SAVED, file="raw/other/points.yaml")
 
 
 class Watched:

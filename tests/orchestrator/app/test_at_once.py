@@ -14,7 +14,10 @@ from .conftest import Served
 
 pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)")
+pytestmark = [
+    pytest.mark.nightly,  # by day Chromium starts for `test_browser` alone
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)"),
+]
 
 
 def test_on_a_phone_the_names_of_the_pages_are_one_line(browser: Any, server: Served) -> None:

@@ -8,26 +8,32 @@ import shlex
 import subprocess
 import sys
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from friction_models.loads import DataSet
-from orchestrator.app.project import HISTORY, Project, history
+from orchestrator.app.project import HISTORY, history
 from orchestrator.cli.main import run
 
-from .chromium import CHROMIUM, Watched
-from .conftest import NETWORK_OFF, Served
+from .chromium import CHROMIUM, Watched, something_happens
+from .conftest import NETWORK_OFF, Served, shorter_example
 
 pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)")
-PATHS = ("", "compare", "forming", "fmu", "explore", "measurements", "reports")
+#: Between them they have every kind of field, a chart, a grid and tables.
+DAILY = ("", "explore", "measurements?raw=oil", "measurements?tests=data/sct")
+NIGHTLY = ("compare", "forming", "fmu", "measurements", "reports", "measurements?raw=rig")
 
 
 @pytest.mark.slow
-def test_from_the_example_to_the_fmu_in_six_clicks(browser: Any, server: Served, tmp_path: Path) -> None:
+@pytest.mark.parametrize("again", [False, pytest.param(True, id="and in a shell", marks=pytest.mark.nightly)])
+def test_from_the_example_to_the_fmu_in_six_clicks(
+    browser: Any, server: Served, tmp_path: Path, again: bool
+) -> None:
     tab = Watched(browser, server)
     tab.press("button", "Ask what is missing")
     tab.see("Cancel")
@@ -54,12 +60,13 @@ def test_from_the_example_to_the_fmu_in_six_clicks(browser: Any, server: Served,
     with zipfile.ZipFile(fmu) as archive:
         assert "modelDescription.xml" in archive.namelist()
     assert tab.wrong == []
-    _same_in_a_shell(server.root, fmu, tmp_path)
+    if again:
+        _same_in_a_shell(server.root, fmu, tmp_path)
 
 
 def _same_in_a_shell(root: Path, fmu: Path, place: Path) -> None:
     """Run the lines of the history again elsewhere, and compare all files that they name."""
-    again = Project.open(place / "again", example=True).root
+    again = shorter_example(place / "again").root
     lines = [e["command"] for e in history.read(root / HISTORY) if e["event"] == "ended"]
     assert [line.split()[1] for line in lines] == ["diagnose", "refine", "pack"]
     with pytest.MonkeyPatch.context() as patch:
@@ -81,7 +88,8 @@ _BRIGHT = """
 
 
 @pytest.mark.slow
-def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> None:
+@pytest.mark.parametrize("paths", [DAILY, pytest.param(NIGHTLY, marks=pytest.mark.nightly)], ids=len)
+def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served, paths: Sequence[str]) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed").Axe()
     tab = Watched(browser, server)
     tab.page.emulate_media(reduced_motion="reduce")
@@ -97,22 +105,22 @@ def test_no_page_is_hard_to_read_or_to_reach(browser: Any, server: Served) -> No
             found = tab.page.evaluate(run_, [context, options])
         return [(v["id"], v["nodes"][0]["html"]) for v in found if v["impact"] in {"serious", "critical"}]
 
-    (server.root / "raw/oil").mkdir()
+    (server.root / "raw/oil").mkdir(exist_ok=True)
     (server.root / "raw/oil/oil.csv").write_text(
         "test,v_mm_s,mu\n" + "".join(f"t{k},{k},0.{50 - k}\n" for k in range(9))
     )
-    (server.root / "raw/rig").mkdir()
+    (server.root / "raw/rig").mkdir(exist_ok=True)
     (server.root / "raw/rig/rig1.csv").write_text(
         "t [s],F_n [kN],F_r [kN]\n" + "".join(f"{k},{9 * k},{k}\n" for k in range(9))
     )
-    for path in (*PATHS, "measurements?raw=oil", "measurements?raw=rig", "measurements?tests=data/sct"):
+    for path in paths:
         tab.context.add_cookies([{"name": "tribofmu-look", "value": "light", "url": tab.own}])
         tab.visit(path)
         _walk(tab)
         if path == "explore":
             # Thousands of points more would be looked at one by one.
             tab.page.get_by_label("Part of a test name").fill("sct00")
-            tab.see("of 9 tests")
+            tab.see("of 4 tests")
             tab.settle()
         assert serious(charts=path == "explore") == [], path
         tab.press("button", "Look: light")
@@ -179,6 +187,7 @@ document.addEventListener('focusin', (event) => {
 """
 
 
+@pytest.mark.nightly  # by day `test_measuring_pages` in the simulated browser
 def test_a_file_is_brought_and_mapped_through_the_page(browser: Any, server: Served, tmp_path: Path) -> None:
     file = tmp_path / "own tests.csv"
     file.write_text("run,v_m_s,COF\n" + "".join(f"t{k},{10 + k},0.0{5 + k % 4}\n" for k in range(12)))
@@ -201,6 +210,7 @@ def test_a_file_is_brought_and_mapped_through_the_page(browser: Any, server: Ser
     assert tab.wrong == []
 
 
+@pytest.mark.nightly  # by day `test_measuring_pages` in the simulated browser
 def test_what_is_picked_in_one_picture_is_picked_in_all(browser: Any, server: Served) -> None:
     tab = Watched(browser, server)
     tab.page.goto(f"{tab.own}/explore?data=data/sct")
@@ -221,7 +231,7 @@ def test_what_is_picked_in_one_picture_is_picked_in_all(browser: Any, server: Se
         "[...document.querySelectorAll('.js-plotly-plot')].map(p => p._fullData.find(t => t.customdata).selectedpoints.length)"
     )
     tests = len(marked[0][0].split(","))
-    assert counts == [24 * tests] * 2 and 0 < tests < 111
+    assert counts == [24 * tests] * 2 and 0 < tests < 55
     assert tab.wrong == []
 
 
@@ -258,3 +268,17 @@ def test_a_report_opened_as_a_page_draws_and_reaches_nothing(browser: Any, serve
     tab.page.goto(f"{tab.own}/page/reports/curious.html")
     tab.page.get_by_text(re.compile("files")).wait_for()
     assert tab.page.locator("#said").inner_text() == "no cookie, no files"
+
+
+def test_what_was_unfolded_stays_unfolded(browser: Any, server: Served) -> None:
+    tab = Watched(browser, server)
+    tab.visit("forming")
+    unfolded = tab.page.locator(".nicegui-expansion-content table").first
+    tab.page.get_by_text("What the parameters mean").click()
+    unfolded.wait_for()
+    tab.page.evaluate("document.querySelector('.content h1').id = 'old'")
+    something_happens(server)
+    tab.page.wait_for_function("!document.getElementById('old')")
+    tab.settle()
+    unfolded.wait_for()
+    assert tab.wrong == []

@@ -67,8 +67,8 @@ def test_links_that_lead_nowhere_hide_no_page(example: Project, caplog: pytest.L
 
 @pytest.mark.parametrize(
     "learned",
-    [[1], {"error_history": "abc"}, {"error_history": [1, 2]}, {"error_history": {"a": 1}}, {"error_history": [{"added": ["a"]}]},
-     {"error_history": [{"added": ["a"], "before": {"rmse": float("nan")}, "after": {"rmse": 1.0}, "judged_by": "x"}]}],
+    [[1], {"error_history": [{"added": ["a"], "before": {"rmse": float("nan")}, "after": {"rmse": 1.0}, "judged_by": "x"}]},
+     *(pytest.param({"error_history": h}, marks=pytest.mark.nightly) for h in ("abc", [1, 2], {"a": 1}, [{"added": ["a"]}]))],
 )  # fmt: skip
 def test_a_card_of_another_kind_leaves_the_question_and_the_decision(
     example: Project, caplog: pytest.LogCaptureFixture, learned: object

@@ -26,13 +26,14 @@ from orchestrator.app.project.history import ACCEPTED, CHOSEN, ENDED
 from orchestrator.app.work.worker import Worker
 from orchestrator.cli.main import run
 
+from .conftest import shorter_example
 from .seen import Idle, built, figures, look, shown, until, waiting
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The example after asking and adding, by the command lines that the buttons show."""
-    project = Project.open(tmp_path_factory.mktemp("finished") / "project", example=True)
+    project = shorter_example(tmp_path_factory.mktemp("finished") / "project")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(project.root)
         assert run(commands.models.diagnose("data/sct", "linear").arguments) == 0
@@ -209,7 +210,7 @@ def test_a_comparison_and_the_measurements(loop: Project) -> None:
             commands.models.compare("data/sct", ["models/linear-stribeck", "0.08"]).line
         ]
         await user.open("/measurements")
-        assert "81 train, 30 test" in shown(user) and "sigma_n [MPa]" in shown(user)
+        assert "40 train, 15 test" in shown(user) and "sigma_n [MPa]" in shown(user)
         history.add(loop.root / HISTORY, history.SAVED, file="raw/oil/points.yaml")
         await user.open("/reports")
         await user.should_see("refined sct linear stribeck")

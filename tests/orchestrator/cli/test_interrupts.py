@@ -72,7 +72,14 @@ def expect_a_sentence(result: tuple[int, str, str]) -> None:
     assert len(lines) == 1 and lines[0].startswith("tribofmu: interrupted; "), errors
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+#: All start alike; these are of different modules.
+DAILY = ("demo", "twin", "pack", "simulate", "diagnose", "study")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [pytest.param(c, marks=() if c.split()[0] in DAILY else pytest.mark.nightly) for c in COMMANDS],
+)
 def test_an_interrupt_while_it_starts(place: Path, command: str) -> None:
     expect_a_sentence(interrupted([COMMAND, *command.split()], place, imports))
     assert not list(place.glob("new*")) and not list(place.glob(".new*"))

@@ -112,7 +112,10 @@ FULL = {
 }
 
 
-@pytest.mark.parametrize("words", FULL.values(), ids=FULL)
+@pytest.mark.parametrize(
+    "words",
+    [pytest.param(w, id=k, marks=() if k == "model" else pytest.mark.nightly) for k, w in FULL.items()],
+)
 def test_a_file_that_cannot_grow_is_named(place: Path, words: str) -> None:
     before = sorted(place.iterdir())
 

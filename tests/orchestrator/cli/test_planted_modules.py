@@ -100,9 +100,9 @@ def said(place: Path, *words: str) -> tuple[str, set[str]]:
 @pytest.mark.parametrize(
     ("command", "code"),
     [
-        ("--help", 0),
+        pytest.param("--help", 0, marks=pytest.mark.nightly),
         ("ingest raw -o ingested", 2),  # no test, but read by the reading process
-        ("train linear --data data -o model", 0),
+        pytest.param("train linear --data data -o model", 0, marks=pytest.mark.nightly),
         ("pack sine.onnx --target python -o sine.fmu", 0),
         ("check law.fmu", 1),
         ("simulate system.yaml -o run", 0),

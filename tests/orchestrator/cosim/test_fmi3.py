@@ -67,7 +67,9 @@ def system(fmu: dict[str, Path], friction: str, **changes: object) -> System:
     return System.from_dict(content | changes)
 
 
-@pytest.mark.parametrize("mode", ["gauss_seidel", "jacobi", "iterated"])
+@pytest.mark.parametrize(
+    "mode", ["iterated", *(pytest.param(m, marks=pytest.mark.nightly) for m in ("gauss_seidel", "jacobi"))]
+)
 def test_swapping_versions_changes_nothing(fmu: dict[str, Path], tmp_path: Path, mode: str) -> None:
     base = system(fmu, "all")
     runs = {

@@ -97,7 +97,9 @@ def test_what_an_fmu_says_of_its_maker_does_not_count(
         runs_apart(other)
 
 
-@pytest.mark.parametrize("mode", ["gauss_seidel", "jacobi", "iterated"])
+@pytest.mark.parametrize(
+    "mode", ["iterated", *(pytest.param(m, marks=pytest.mark.nightly) for m in ("gauss_seidel", "jacobi"))]
+)
 def test_a_process_of_its_own_changes_no_number(tmp_path: Path, mode: str) -> None:
     model = LinearFriction().fit_frame(campaign(tests=6, points=20))
     friction = pack(model, tmp_path / "friction.fmu")

@@ -132,7 +132,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
     made, verdict, piece = CASES[case]
-    points, tests, _ = made(thin=8)
+    points, tests, _ = made(thin=24)
     found = diagnose(points, tests)
     assert found.verdict == verdict
     confirmed = confirmed_addition("linear", DataSet(points, tests, {}), found.effects)

@@ -15,11 +15,12 @@ from orchestrator.jobs.keys import deciding_code
 from tests.orchestrator.tiny_fmus import system_content
 
 
-def test_a_pool_gives_the_same_runs_and_keeps_them(tiny: dict[str, Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.nightly)])
+def test_a_pool_gives_the_same_runs_and_keeps_them(tiny: dict[str, Path], tmp_path: Path, jobs: int) -> None:
     system = System.from_dict(system_content(tiny["law"], tiny["process"]))
     other = system.swap("friction", tiny["other_law"])
     tasks = [RunTask(system, tmp_path / "a"), RunTask(other, tmp_path / "b")]
-    runs = run_all(tasks, jobs=2)
+    runs = run_all(tasks, jobs=jobs)
     alone = Master(other).run(tmp_path / "alone")
     np.testing.assert_array_equal(runs[1]["forming.load"], alone["forming.load"])
 
