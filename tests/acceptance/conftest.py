@@ -25,10 +25,10 @@ def tribofmu(capsys: pytest.CaptureFixture[str]) -> Tribofmu:
     return command
 
 
-def short_plan(path: Path, name: str, seed: int, held_out: int, sliding: float) -> Path:
-    """Write every second training test of a named plan and some of its held-out ones as a plan of shorter tests."""
+def short_plan(path: Path, name: str, seed: int, held_out: int, sliding: float, every: int = 2) -> Path:
+    """Write every so many training tests of a named plan and some of its held-out ones as a plan of shorter tests."""
     table = make_plan(name, seed)
     held = table["role"] == "test"
-    rows = pd.concat([table[~held].iloc[::2], table[held].iloc[:held_out]]).assign(sd_set=sliding)
+    rows = pd.concat([table[~held].iloc[::every], table[held].iloc[:held_out]]).assign(sd_set=sliding)
     rows.drop(columns=["bore", "tip", "F_set", "synthetic"]).to_csv(path, index=False)
     return path

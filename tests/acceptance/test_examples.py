@@ -31,7 +31,11 @@ def test_own_model_and_effect(tmp_path: Path) -> None:
     assert fmu.is_file()
 
 
-@pytest.mark.slow
+def test_what_the_whole_loop_imports_exists() -> None:
+    assert callable(load("whole_loop").main)
+
+
+@pytest.mark.nightly  # by day the tutorials make the same calls
 def test_whole_loop_through_python(tmp_path: Path, capsys) -> None:
     example = load("whole_loop")
     settings = [

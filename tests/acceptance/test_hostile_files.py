@@ -49,9 +49,12 @@ ALLOWED_LINES = re.compile(r"\w+: \d+/\d+ |  \d+\. ")
 HARMLESS = {"xml_start_is_text", "xml_start_is_nan"}
 #: Refused only after a second process has validated the description: two of them are enough for `check`.
 SLOW = ("xml_identifier_path", "xml_reference_is_text")
-#: These three get every archive: they look, load and run. The others take turns, so that each archive meets some.
+#: These three get every archive, by day the first alone: they look, load and run. The others take turns, so that each archive
+#: meets some.
 FULL = {"check.fmu", "predict.model", "simulate.swap"}
 SHARE = 5
+#: By day texts take turns, too: many commands read with the same reader.
+SHARE_OF_TEXTS = 3
 #: Large ones: for these three only.
 HEAVY = {"xml_million_variables", "xml_huge_attribute", "many_files", "lying_size"}
 
@@ -137,18 +140,23 @@ def label(attack: Attack) -> str:
 
 
 @pytest.mark.parametrize("attack", [a for a in ATTACKS if a.kind == "fmu"], ids=label)
-def test_hostile_fmus(attack: Attack, attempt: Try, hostile: dict[str, bytes], sandbox: Sandbox) -> None:
+@pytest.mark.parametrize(
+    "full", [{"check.fmu"}, pytest.param(FULL, marks=pytest.mark.nightly)], ids=["check", "all three"]
+)
+def test_hostile_fmus(
+    attack: Attack, full: set[str], attempt: Try, hostile: dict[str, bytes], sandbox: Sandbox
+) -> None:
     found = {}
-    for name, content in chosen(attack, hostile):
+    for name, content in chosen(attack, hostile, full):
         loaded = name.startswith("xml_") and attack.command == "check"
         if not loaded or name in SLOW or refused_at_once(content, sandbox):
             found[name] = attempt(attack, content, may_work=name in HARMLESS)
     assert not {n: w for n, w in found.items() if w}
 
 
-def chosen(attack: Attack, hostile: dict[str, bytes]) -> list[tuple[str, bytes]]:
+def chosen(attack: Attack, hostile: dict[str, bytes], full: set[str]) -> list[tuple[str, bytes]]:
     """The archives that an attack uses."""
-    if f"{attack.command}.{attack.parameter}" in FULL:
+    if f"{attack.command}.{attack.parameter}" in full:
         return [*hostile.items()]
     usual = [(n, c) for n, c in hostile.items() if n not in HEAVY]
     return usual[ATTACKS.index(attack) % SHARE :: SHARE]
@@ -174,7 +182,7 @@ def test_hostile_system_archives(
     files = members(sandbox.root / "good.ssp")
     inner = next(n for n in files if n.endswith(".fmu"))
     found = {}
-    for name, content in chosen(attack, hostile):
+    for name, content in chosen(attack, hostile, FULL):
         if name not in HARMLESS:
             found[f"in it {name}"] = attempt(attack, archive(files | {inner: content}))
         if not name.startswith("xml_"):
@@ -199,9 +207,10 @@ def test_hostile_system_archives(
 
 
 @pytest.mark.parametrize("attack", [a for a in ATTACKS if a.kind not in {"fmu", "ssp"}], ids=label)
-def test_hostile_texts(attack: Attack, attempt: Try, sandbox: Sandbox) -> None:
+@pytest.mark.parametrize("share", [SHARE_OF_TEXTS, pytest.param(1, marks=pytest.mark.nightly)])
+def test_hostile_texts(attack: Attack, attempt: Try, sandbox: Sandbox, share: int) -> None:
     found = {}
-    for name, content in texts(sandbox.secret).items():
+    for name, content in [*texts(sandbox.secret).items()][ATTACKS.index(attack) % share :: share]:
         for file in attack.files or ("",):
             # A remark beside the data may be missing, and then be empty; a list of tests may be anything readable.
             found[f"{name} {file}"] = attempt(attack, content, file)

@@ -1,13 +1,13 @@
-"""The whole loop as a new user meets it: every command of the chain, one campaign with a hidden effect.
+"""The whole loop as a new user meets it: every command of the chain, and the demo, on one campaign with a hidden effect.
 
-The tests build on each other, in this order: each works with what the ones before wrote.
+By day the demo does it all, and tutorials run the commands on data that are there. The tests of the night build on each other, in
+this order: each works with what the ones before wrote.
 """
 
 from __future__ import annotations
 
 import json
 import re
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -25,7 +25,6 @@ from orchestrator.report import write_report
 from sct_twin.virtual_lab.plans import complete_plan
 from tests.acceptance.conftest import short_plan
 
-#: The tests build on each other: all of them are marked, or none.
 pytestmark = pytest.mark.slow
 
 Tribofmu = Callable[..., str]
@@ -61,6 +60,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.nightly
 def test_lab_ingest_twin(home: Path, tribofmu: Tribofmu) -> None:
     options = ["--plan", home / "plan.csv", "--hidden", HIDDEN, "--seed", SEED, "--jobs", 1]
     assert "synthetic" in tribofmu("lab", *options, "-o", home / "lab")
@@ -76,6 +76,7 @@ def test_lab_ingest_twin(home: Path, tribofmu: Tribofmu) -> None:
     assert len(list((home / "data" / "twin").glob("*.nc"))) == TRAIN + HELD
 
 
+@pytest.mark.nightly
 def test_train_evaluate_predict(home: Path, tribofmu: Tribofmu) -> None:
     data = home / "data"
     for family in ("linear", "polynomial"):
@@ -87,6 +88,7 @@ def test_train_evaluate_predict(home: Path, tribofmu: Tribofmu) -> None:
     assert rmse == pytest.approx(read(home / "linear.json")["overall"]["rmse"], rel=1e-6)  # type: ignore[index]
 
 
+@pytest.mark.nightly
 def test_diagnose_names_the_hidden_effect(home: Path, tribofmu: Tribofmu) -> None:
     out = [
         "--json",
@@ -111,6 +113,7 @@ def test_diagnose_names_the_hidden_effect(home: Path, tribofmu: Tribofmu) -> Non
     assert 1 <= len(proposed) == len(set(proposed["test_id"]))
 
 
+@pytest.mark.nightly
 def test_refine_lets_the_error_fall_on_unseen_tests(home: Path, tribofmu: Tribofmu) -> None:
     data = home / "data"
     tribofmu("refine", "--data", data, "--model", home / "linear", "--add", HIDDEN, "-o", home / "better")
@@ -121,6 +124,7 @@ def test_refine_lets_the_error_fall_on_unseen_tests(home: Path, tribofmu: Tribof
     assert errors["better"]["mae"] < errors["linear"]["mae"]
 
 
+@pytest.mark.nightly
 def test_compare_models_on_held_out_tests(home: Path, tribofmu: Tribofmu) -> None:
     tribofmu("pack", home / "linear", "-o", home / "scalar.fmu")
     models = [home / "linear", home / "better", home / "scalar.fmu", "0.08"]
@@ -137,6 +141,7 @@ def test_compare_models_on_held_out_tests(home: Path, tribofmu: Tribofmu) -> Non
     assert rmse["scalar"] == pytest.approx(float(np.sqrt(np.mean(error**2))), rel=1e-6)
 
 
+@pytest.mark.nightly
 def test_pack_check_simulate(home: Path, tribofmu: Tribofmu) -> None:
     tribofmu("pack", "forming", "--set", "n_points=40", "--set", "mesh_size=0.8", "-o", home / "forming.fmu")
     for name in ("linear", "better"):
@@ -186,10 +191,7 @@ def demo(home: Path, tmp_path_factory: pytest.TempPathFactory) -> Demo:
         levels=(Level(20.0, 100.0),),
         stroke=7.0,
     )
-    folder = grown(tmp_path_factory.mktemp("demo"), DEMO)
-    if (home / "data" / "twin").is_dir():  # the same records: the twin takes what it knows already
-        shutil.copytree(home / "data" / "twin", folder / "data" / "twin")
-    return Demo(folder, scenario, jobs=1)
+    return Demo(grown(tmp_path_factory.mktemp("demo"), DEMO), scenario, jobs=1)
 
 
 def test_errors_fall_on_unseen_tests_and_on_the_force(demo: Demo) -> None:
@@ -271,7 +273,9 @@ def test_a_second_run_reuses_everything(demo: Demo) -> None:
     assert {p: p.stat().st_mtime_ns for p in demo.out.rglob("results.nc")} == before
 
 
+@pytest.mark.nightly  # by day tests/orchestrator/reports/test_comparison_process.py
 def test_compare_on_press_curves(demo: Demo, tribofmu: Tribofmu, tmp_path: Path) -> None:
+    demo.run()
     models = [demo.out / "models" / part for part in ("before", "after")]
     shown = tribofmu(
         "compare", "--models", *models, "--data", demo.out / "press", "--json", tmp_path / "forces.json"

@@ -6,13 +6,16 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from tests.acceptance.conftest import short_plan
 
 Tribofmu = Callable[..., str]
 
 
-def test_nothing_is_accused_where_nothing_is_hidden(tmp_path: Path, tribofmu: Tribofmu) -> None:
-    plan = short_plan(tmp_path / "plan.csv", "reduced-27", seed=11, held_out=0, sliding=20.0)
+@pytest.mark.parametrize("every", [3, pytest.param(2, marks=pytest.mark.nightly)])
+def test_nothing_is_accused_where_nothing_is_hidden(every: int, tmp_path: Path, tribofmu: Tribofmu) -> None:
+    plan = short_plan(tmp_path / "plan.csv", "reduced-27", 11, held_out=0, sliding=20.0, every=every)
     tribofmu("lab", "--plan", plan, "--seed", 11, "--jobs", 1, "-o", tmp_path / "lab")
     tribofmu("twin", tmp_path / "lab", "-o", tmp_path / "data", "--jobs", 1)
     out = ["--json", tmp_path / "diagnosis.json"]

@@ -28,30 +28,24 @@ constant,2750,1.069,5,20,8
 """
 
 
-@pytest.fixture(scope="module")
-def plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    file = tmp_path_factory.mktemp("plan") / "plan.csv"
-    file.write_text(PLAN)
-    return file
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("file_format", FORMATS)
-def test_loads_come_back_from_every_format(
-    file_format: str, plan: Path, tribofmu: Tribofmu, tmp_path: Path
-) -> None:
+def test_loads_come_back_from_every_format(file_format: str, tribofmu: Tribofmu, tmp_path: Path) -> None:
     if file_format in NEEDED:
         pytest.importorskip(NEEDED[file_format])
     lab, campaign, data = (tmp_path / name for name in ("lab", "campaign", "data"))
+    tests = 4 if file_format == "canonical" else 1  # a format changes nothing in the loads
+    plan = tmp_path / "plan.csv"
+    plan.write_text("".join(PLAN.splitlines(keepends=True)[: 1 + tests]))
     options = ["--plan", plan, "--lubricant", "polymer", "--seed", 5, "--jobs", 1]
     assert "synthetic" in tribofmu("lab", *options, "--format", file_format, "-o", lab)
     mapped = ["--map", lab / "channels.yaml"] if (lab / "channels.yaml").is_file() else []
     assert (file_format == "canonical") == (not mapped)
-    assert "4 tests" in tribofmu("ingest", lab, *mapped, "-o", campaign)
+    assert f"{tests} test" in tribofmu("ingest", lab, *mapped, "-o", campaign)
     assert not list(campaign.glob("truth*"))
     assert "synthetic data set" in tribofmu("twin", campaign, "-o", data, "--jobs", 1)
     found = deviations(DataSet.load(data), load_truth(lab)[1])
-    assert len(found) == 4
+    assert len(found) == tests
     said = found.round(4).to_string()
     assert (found["T"].abs() < 3.0).all(), said  # % of the mean rise
     assert (found["sigma_n"].abs() < 2.0).all(), said

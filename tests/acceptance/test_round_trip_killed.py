@@ -43,6 +43,7 @@ def contents(folder: Path) -> dict[str, object]:
     return found
 
 
+@pytest.mark.nightly  # by day without the command line: tests/sct_twin/test_twin.py
 def test_a_killed_twin_goes_on_where_it_was(campaign: Path, tribofmu: Tribofmu, tmp_path: Path) -> None:
     tribofmu("twin", campaign, "-o", tmp_path / "whole", "--jobs", 1)
     arguments = [

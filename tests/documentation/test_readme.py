@@ -35,7 +35,7 @@ def small_plan() -> pd.DataFrame:
     return plan
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # by day its imports, the tutorials, which make the same calls, and the demo
 def test_the_loop_of_the_readme_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -26,15 +26,16 @@ EVALUATE = next(a for a in ATTACKS if a.command == "evaluate")
 
 
 @pytest.mark.slow
-def test_commands_stand_damaged_inputs_and_hostile_outputs(tmp_path: Path) -> None:
-    """Sixty tries; among them an output that is an input, and a folder of somebody else."""
+@pytest.mark.parametrize("tries", [24, pytest.param(60, marks=pytest.mark.nightly)])
+def test_commands_stand_damaged_inputs_and_hostile_outputs(tries: int, tmp_path: Path) -> None:
+    """Among the tries are an output that is an input, and a folder of somebody else."""
     page = tmp_path / "report.md"
-    numbers = ["--quick", "--first", "134", "--tries", "60", "-j", "1"]
+    numbers = ["--quick", "--first", "138", "--tries", str(tries), "-j", "1"]
     command = [sys.executable, "-m", "tests.fuzz", *numbers, "-o", str(page)]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, page.read_text("utf-8") if page.is_file() else done.stderr[-3000:]
-    assert "60 tries with seed 1" in page.read_text("utf-8")
+    assert f"{tries} tries with seed 1" in page.read_text("utf-8")
 
 
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda a: f"{a.command}-{a.parameter}-{a.kind}")

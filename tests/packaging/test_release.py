@@ -19,6 +19,7 @@ from friction_models.common.imports import extras
 from friction_models.common.imports.extras import need
 from orchestrator.cli.main import run
 from orchestrator.demo import Demo
+from tests.friction_models.made_up import campaign
 
 from ..wheel_alone import HEAVY, PACKAGES
 
@@ -45,16 +46,15 @@ def test_a_diagnosis_loads_no_library_of_an_extra(tmp_path: Path) -> None:
     libraries = ("numba", "plotly", "pyarrow", "meshio", "pint", "torch", "nicegui")
     code = f"""
 import sys
-from importlib.resources import files
 class Refused:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in {libraries!r}:
             raise ModuleNotFoundError(name)
 sys.meta_path.insert(0, Refused())
 from orchestrator.cli.main import run
-data = files("orchestrator.app") / "example" / "data" / "sct"
-sys.exit(run(["diagnose", "--data", str(data), "--model", "linear", "--json", "answer.json"]))
+sys.exit(run(["diagnose", "--data", "points.csv", "--model", "linear", "--json", "answer.json"]))
 """
+    campaign(8, 10).to_csv(tmp_path / "points.csv", index=False)
     own = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=own)
     assert done.returncode == 0, done.stderr
