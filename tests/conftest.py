@@ -6,6 +6,7 @@ import gc
 import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -35,12 +36,17 @@ def one_process() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="session", autouse=True)
-def builds_kept(tmp_path_factory: pytest.TempPathFactory) -> Iterator[KeptBuilds]:
-    """Let all processes of the tests compile each C source once."""
+@pytest.fixture(scope="session")
+def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that all processes of a run of the tests share."""
     own = tmp_path_factory.getbasetemp()
-    run = own.parent if os.environ.get("PYTEST_XDIST_WORKER") else own
-    kept = KeptBuilds(compiling.build, run / "kept-builds")
+    return own.parent if os.environ.get("PYTEST_XDIST_WORKER") else own
+
+
+@pytest.fixture(scope="session", autouse=True)
+def builds_kept(run_folder: Path) -> Iterator[KeptBuilds]:
+    """Let all processes of the tests compile each C source once."""
+    kept = KeptBuilds(compiling.build, run_folder / "kept-builds")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compiling, "build", kept)
         yield kept

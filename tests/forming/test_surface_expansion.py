@@ -162,7 +162,9 @@ def test_intervals_across_a_corner_mix_face_and_side():
     assert psi[1] < 0.9 * 1.5
 
 
-@pytest.mark.parametrize(("kind", "spread"), [("rod", 0.04), ("contact", 0.02)])
+@pytest.mark.parametrize(
+    ("kind", "spread"), [pytest.param("rod", 0.04, marks=pytest.mark.nightly), ("contact", 0.02)]
+)
 def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, spread, monkeypatch):
     """Contact mean of a specimen, and largest expansion of a rod, at a front edge that elements of 0.5 mm hardly resolve.
 

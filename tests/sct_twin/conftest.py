@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from friction_models.common.cached_results import cache_folder
 from sct_twin import RawCampaign, SctRecord, SctTwin, TwinResult
 from sct_twin.virtual_lab import Campaign
+from tests.made_once import made_once
 
 
 @pytest.fixture(scope="session")
-def lab_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache")
+def lab_cache() -> Path:
+    """Where all campaigns keep their upsetting runs, under a hash of the solver: no process computes one again."""
+    return cache_folder()
 
 
 @pytest.fixture(scope="session")
-def tiny(tmp_path_factory: pytest.TempPathFactory, lab_cache: Path) -> RawCampaign:
+def tiny(run_folder: Path, lab_cache: Path) -> RawCampaign:
     """Six training and three held-out tests with a hidden effect."""
     lab = Campaign(plan="tiny-6+3", hidden="running_in", seed=3, cache=lab_cache)
-    return lab.run(out=tmp_path_factory.mktemp("lab") / "tiny", jobs=1)
+    return RawCampaign.load(made_once(run_folder / "tiny-lab", lambda out: lab.run(out=out, jobs=1)))
 
 
 @pytest.fixture(scope="session")
-def twinned(tiny: RawCampaign, tmp_path_factory: pytest.TempPathFactory) -> tuple[TwinResult, Path]:
-    """The campaign after the twin, and its data-set folder."""
+def twinned(
+    tiny: RawCampaign, run_folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[TwinResult, Path]:
+    """The campaign after the twin, and its data-set folder; the twin takes the tests that another process has evaluated."""
     out = tmp_path_factory.mktemp("data") / "tiny"
+    shutil.copytree(made_once(run_folder / "tiny-data", lambda d: SctTwin().run(tiny, out=d, jobs=1)), out)
     return SctTwin().run(tiny, out=out, jobs=1), out
 
 

@@ -227,10 +227,10 @@ def test_the_time_to_load_a_library_is_not_that_of_the_file(
     late = tmp_path / "late"
     late.mkdir()
     # Every process that starts with this path is late.
-    (late / "sitecustomize.py").write_text("import time; time.sleep(6.0)\n", encoding="utf-8")
+    (late / "sitecustomize.py").write_text("import time; time.sleep(3.5)\n", encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(late))
     guarded.close()
-    assert len(guarded.read_guarded(path, "Parquet", patience=5.0).frame) == len(FRAME)
+    assert len(guarded.read_guarded(path, "Parquet", patience=3.0).frame) == len(FRAME)
     guarded.close()
     monkeypatch.setattr(timed, "START_LIMIT", 0.5)
     with pytest.raises(

@@ -127,8 +127,11 @@ def test_finished_tests_are_not_computed_again(
     again = SctTwin().run(tiny, out=tmp_path / "data", jobs=1)
     assert computed == ["sct003"]
     assert np.array_equal(again.points["T"], result.points["T"])
-    SctTwin(spacing=0.5).run(tiny, out=tmp_path / "data", jobs=1)
-    assert len(computed) == 10  # other settings: everything anew
+    shutil.copytree(tiny.folder, tmp_path / "two")
+    few = pd.read_csv(tiny.folder / "tests.csv").iloc[:2]
+    few.to_csv(tmp_path / "two" / "tests.csv", index=False)
+    SctTwin(spacing=0.5).run(tmp_path / "two", out=tmp_path / "data", jobs=1)
+    assert computed[1:] == few["test_id"].tolist()  # other settings: everything anew
 
 
 def test_a_killed_run_goes_on_bit_for_bit(

@@ -67,9 +67,10 @@ def test_records_hold_no_truth(tiny: RawCampaign) -> None:
     assert "hidden" not in text and "running_in" not in text and "law" not in text
 
 
-def test_same_seed_same_files(tiny: RawCampaign, tmp_path: Path, lab_cache: Path) -> None:
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.nightly)])
+def test_same_seed_same_files(tiny: RawCampaign, tmp_path: Path, lab_cache: Path, jobs: int) -> None:
     lab = Campaign(plan="tiny-6+3", hidden="running_in", seed=3, cache=lab_cache)
-    again = lab.run(out=tmp_path / "again", jobs=2)
+    again = lab.run(out=tmp_path / "again", jobs=jobs)
     for test_id in tiny.tests["test_id"]:
         assert again.raw_file(test_id).read_bytes() == tiny.raw_file(test_id).read_bytes()
     # Two seeds of one plan: the same test with other noise.
