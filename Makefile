@@ -72,7 +72,7 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadscope --no-l
 test: $(TESTING)
 	$(PYTEST) -m "not nightly" tests
 
-# Longer searches for faults, and sizes that nobody meets every day.
+# Longer searches for faults, sizes that nobody meets every day, and other seeds, families and kinds of what is proved by day.
 test-nightly: $(TESTING)
 	$(PYTEST) -m nightly tests
 
