@@ -11,14 +11,7 @@ PATIENCE = 600.0
 
 
 def made_once(folder: Path, make: Callable[[Path], object]) -> Path:
-    """Return `folder` when it is there; who asks first makes it.
-
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as run:
-    ...     [made_once(Path(run) / "x", lambda x: print("made", x.mkdir())).name for _ in range(2)]
-    made None
-    ['x', 'x']
-    """
+    """Return `folder` when it is there; who asks first makes it."""
     begun, ready = (folder.with_name(f"{folder.name}.{state}") for state in ("begun", "ready"))
     try:
         begun.touch(exist_ok=False)
