@@ -30,7 +30,7 @@ FINE_RADIUS, FINE_STEP, ROUNDED, FINEST = 0.2, 0.16, 0.7, 0.3
 #: Largest `mesh_size` that counts for them, as a share of the container's radius.
 COARSEST = 0.04
 #: Elements in the corner between punch and container, as a share of those in the die.
-IN_CORNER = 0.6
+IN_CORNER = 0.4
 #: Elements at the edge of the billet that goes ahead: as a share of those in the die, but not below this share of the
 #: container's radius; and how much they grow per mm away from it.
 AT_FRONT, SMALLEST, FRONT_GROWTH = 0.25, 0.01, 0.15

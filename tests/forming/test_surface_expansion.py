@@ -162,7 +162,7 @@ def test_intervals_across_a_corner_mix_face_and_side():
     assert psi[1] < 0.9 * 1.5
 
 
-@pytest.mark.parametrize(("kind", "often"), [("rod", 1), ("contact", 3)])
+@pytest.mark.parametrize(("kind", "often"), [("rod", 2), ("contact", 3)])
 def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, often, monkeypatch):
     """Contact mean of a specimen, and largest expansion of a rod, which stands beside its front edge.
 
