@@ -73,7 +73,11 @@ class SurfaceMarkers:
 
     def points(self, surface: FloatArray) -> FloatArray:
         """Return the positions of the markers, shape (n, 2) [mm]."""
-        return np.column_stack([self.at_markers(surface[:, 0]), self.at_markers(surface[:, 1])])
+        return _points(surface, self.position)
+
+    def corners(self, surface: FloatArray) -> FloatArray:
+        """Return where the corners of the undeformed billet are now, in their order, shape (m, 2) [mm]."""
+        return _points(surface, self.track[self._is_corner])
 
     def areas(self, surface: FloatArray, until: float = np.inf) -> FloatArray:
         """Return the areas of the intervals between neighbouring markers and corners [mm2].
@@ -164,6 +168,12 @@ class SurfaceMarkers:
     def loads(self) -> FloatArray:
         """Return v_rel, T, sigma_n, sd, psi of the markers, shape (n, 5)."""
         return np.column_stack([self.v_rel, self.T, self.sigma_n, self.sd, self.psi])
+
+
+def _points(surface: FloatArray, index: FloatArray) -> FloatArray:
+    """Return the points of the surface at rising index coordinates, shape (n, 2)."""
+    k, u = _edges(index)
+    return (1.0 - u)[:, None] * surface[k] + u[:, None] * surface[k + 1]
 
 
 def _distance(points: FloatArray, others: FloatArray) -> FloatArray:

@@ -38,7 +38,7 @@ class Simulation:
     - `material`: workpiece material.
     - `marker_arc`, shape (n,): arc lengths of the material markers on the surface [mm].
     - `mu`: coefficient of friction until `set_mu` is called.
-    - `size`: returns the size field for remeshing at a travel of the tools [mm]; None: never remesh.
+    - `size`: returns the size field for remeshing a state; None: never remesh.
     - `compliance`: shortening of punch and press for the force on the moving tools [mm/N].
     """
 
@@ -49,7 +49,7 @@ class Simulation:
         material: WorkpieceMaterial,
         marker_arc: FloatArray,
         mu: float = 0.08,
-        size: Callable[[float], SizeField] | None = None,
+        size: Callable[[State], SizeField] | None = None,
         settings: Settings | None = None,
         control: StepControl | None = None,
         policy: RemeshPolicy | None = None,
@@ -373,8 +373,7 @@ class Simulation:
         state = self.state
         if self.size is None:
             return False
-        size = self.size(state.stroke - state.compression)
-        if not remesh(state, size, self.material, self.heat is not None, trial):
+        if not remesh(state, self.size(state), self.material, self.heat is not None, trial):
             return False
         self._space = Workspace(state.body)
         return True

@@ -205,3 +205,8 @@ class State:
     history: list[Record] = field(default_factory=list)
     status: str = "ok"
     message: str = ""
+
+    @property
+    def travel(self) -> float:
+        """Travel of the tools [mm]."""
+        return self.stroke - self.compression

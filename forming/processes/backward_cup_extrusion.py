@@ -209,7 +209,7 @@ class BackwardCupExtrusion(Extrusion):
             tools,
             self.material,
             markers,
-            size=size,
+            size=lambda state: size(state.travel),
             control=control,
             policy=RemeshPolicy(strain=STRAIN),
             compliance=self.elasticity.compliance,

@@ -134,15 +134,15 @@ class Ejection:
         simulation.state = state
         return simulation
 
-    def _size(self) -> Callable[[float], SizeField] | None:
+    def _size(self) -> Callable[[State], SizeField] | None:
         """Return the sizes at the end of the stroke, moving with the product that the ejector pushes."""
         formed, rides = self._formed, self.stage.clear is None
         if formed.size is None:
             return None
-        size = formed.size(formed.state.stroke - formed.state.compression)
+        size = formed.size(formed.state)
 
-        def size_at(travel: float) -> SizeField:
-            shift = np.array([0.0, travel if rides else 0.0])
+        def size_at(state: State) -> SizeField:
+            shift = np.array([0.0, state.travel if rides else 0.0])
             return lambda points: size(points - shift)
 
         return size_at

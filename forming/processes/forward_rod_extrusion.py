@@ -12,7 +12,7 @@ from ..fe.mesh.polyline import distance_to_arc, distance_to_segment
 from ..fe.mesh.shape import FloatArray
 from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
-from ..fe.state import State, StepControl
+from ..fe.state import RemeshPolicy, State, StepControl
 from ..fe.tooling import Tool, block_field, flat_punch
 from ..materials.materials import MaterialSource
 from ..tools.ejection_tools import OPENING, Stage, ejector, opened, withdrawn
@@ -27,8 +27,18 @@ CLEARANCE = 0.05
 #: Elements on a rounding are smaller than elsewhere below this radius of it and below this reduction of the radius, both
 #: as shares of the container's radius; their usual and their smallest size as shares of `mesh_size`.
 FINE_RADIUS, FINE_STEP, ROUNDED, FINEST = 0.2, 0.16, 0.7, 0.3
+#: Largest `mesh_size` that counts for them, as a share of the container's radius.
+COARSEST = 0.04
 #: Elements in the corner between punch and container, as a share of those in the die.
-IN_CORNER = 0.6
+IN_CORNER = 0.4
+#: Elements at the edge of the billet that goes ahead: as a share of those in the die, but not below this share of the
+#: container's radius; and how much they grow per mm away from it.
+AT_FRONT, SMALLEST, FRONT_GROWTH = 0.25, 0.01, 0.15
+#: Largest increment after a remeshing, as a share of the largest: two of them make a communication step of 0.1 mm.
+AFTER_REMESH = 0.5
+#: Largest plastic strain between two remeshings. The surface that leaves the die stretches by as much, and a rod whose
+#: sides have become long touches the land where shorter ones leave it.
+STRAIN = 0.25
 #: Largest sliding in one increment, and in that with which a node arrives on the land, in elements.
 SLIDING, ARRIVAL = 0.55, 0.2
 #: Longest container [mm].
@@ -39,7 +49,9 @@ LONGEST = 1000.0
 class _DieSize:
     """Element size: fine along cone and land, finest on the roundings at both ends of the cone, coarse elsewhere.
 
-    Small again where punch and container meet, at height `top`: the pressure rises there within a millimetre.
+    Small again where punch and container meet, at height `top`: the pressure rises there within a millimetre. And around
+    `front`, the edge of the billet that goes ahead: the surface stretches to twice its area on one side of it and hardly on
+    the other.
     """
 
     on_edge: float
@@ -48,6 +60,7 @@ class _DieSize:
     die: ExtrusionDie
     cone_end_z: float
     top: float = math.inf
+    front: tuple[float, float] = (math.inf, math.inf)
 
     def __call__(self, points: FloatArray) -> FloatArray:
         die = self.die
@@ -72,6 +85,10 @@ class _DieSize:
         rod = min(largest, max(die.exit_radius / 4.0, self.base))
         corner = np.hypot(points[:, 0] - die.container_radius, points[:, 1] - self.top)
         fine = np.minimum(fine, IN_CORNER * self.base + 0.3 * corner)
+        finest = max(AT_FRONT * self.base, SMALLEST * die.container_radius)
+        fine = np.minimum(
+            fine, finest + FRONT_GROWTH * np.hypot(points[:, 0] - self.front[0], points[:, 1] - self.front[1])
+        )
         return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
 
 
@@ -223,20 +240,24 @@ class ForwardRodExtrusion(Extrusion):
             tools[1].heat_field = block_field(die.container_radius, top, depth, size, self.T_tool)
         outline = np.array([[0.0, bottom], [radius, bottom], [radius, top], [0.0, top]])
 
-        def below_punch(travel: float) -> _DieSize:
-            return replace(size, top=top - travel)
+        def size_at(state: State) -> _DieSize:
+            below = replace(size, top=top - state.travel)
+            r, z = state.markers.corners(state.body.surface)[0]
+            # Behind the die nothing stretches any more.
+            return below if z < -die.relief else replace(below, front=(r, z))
 
-        body = body_within(outline, below_punch(0.0), tools, self.T_billet)
+        body = body_within(outline, replace(size, top=top, front=(radius, bottom)), tools, self.T_billet)
         body.velocity[:, 1] = -self.speed
-        control = StepControl(slip=SLIDING * base, arrival=ARRIVAL * base)
+        control = StepControl(slip=SLIDING * base, arrival=ARRIVAL * base, after_remesh=AFTER_REMESH)
         arc = self._marker_arc(radius)
         simulation = Simulation(
             body,
             tools,
             self.material,
             arc,
-            size=below_punch,
+            size=size_at,
             control=control,
+            policy=RemeshPolicy(strain=STRAIN),
             compliance=self.elasticity.compliance,
         )
         return self.thermal.apply(simulation)
@@ -245,11 +266,13 @@ class ForwardRodExtrusion(Extrusion):
         """Return the element size on a rounding of the die [mm].
 
         The surface is a polygon, whose sides cut off h^2 / (8 R) of a rounding: as nodes pass, the bore seems to change
-        by that, and the force with it, the more so the less the diameter is reduced. Peaks of the pressure are there, too.
+        by that, and the force with it, the more so the less the diameter is reduced. Peaks of the pressure are there, too, and
+        a rod of long sides touches the land: with large elements elsewhere they stay as small as `COARSEST` asks.
         """
         container = self.die.container_radius
         share = min(radius / (FINE_RADIUS * container), (1.0 - self.die.exit_radius / container) / FINE_STEP)
-        return min(ROUNDED * base, self.coarsening * self.mesh_size * max(FINEST, ROUNDED * share))
+        mesh_size = self.coarsening * min(self.mesh_size, COARSEST * container)
+        return min(ROUNDED * min(base, mesh_size), mesh_size * max(FINEST, ROUNDED * share))
 
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:
         """Withdraw the punch; then the pin pushes rod and head back up, until the head is out of the container."""

@@ -290,6 +290,6 @@ def _build(
     )
     policy = RemeshPolicy(every=15, quality=0.35, strain=0.4)
     simulation = Simulation(
-        body, tools, material, arc, size=lambda stroke: size, control=control, policy=policy
+        body, tools, material, arc, size=lambda state: size, control=control, policy=policy
     )
     return simulation, size

@@ -137,7 +137,7 @@ class Upsetting(FormingProcess):
             tools,
             self.material,
             np.linspace(0.0, float(lengths.sum()), self.n_points),
-            size=(lambda stroke: self._size) if self.remeshing else None,
+            size=(lambda state: self._size) if self.remeshing else None,
             settings=Settings(penalty=2e5, shear_cap=self.shear_factor),
             control=StepControl(
                 first=0.005 * height, largest=0.0125 * height, slip=self.coarsening * self.mesh_size

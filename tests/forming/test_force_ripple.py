@@ -9,6 +9,7 @@ from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.contact import DEEP, FACING, add_contact
 from forming.fe.increment import MOST_TENSION
 from forming.fe.mesh.polyline import distance_to_arc
+from forming.processes import forward_rod_extrusion
 
 PENALTY = 1e5
 
@@ -28,12 +29,14 @@ def sizes(process, points):
     process.start(0.08)
     size = process.simulation.size
     assert size is not None
-    return size(0.0)(np.array(points))
+    return size(process.simulation.state)(np.array(points))
 
 
 @pytest.mark.parametrize("mesh_size", [0.4, 0.2])
-def test_elements_on_the_roundings_of_the_die(mesh_size):
+def test_elements_on_the_roundings_of_the_die(mesh_size, monkeypatch):
     """A seventh of the radius or 7/40 of the bite, in proportion to `mesh_size`; far away nothing changes."""
+    # The billet's edge stands on the entry at first.
+    monkeypatch.setattr(forward_rod_extrusion, "AT_FRONT", 10.0)
     process = ForwardRodExtrusion(half_angle=30.0, entry_radius=1.0, edge_radius=1.4, mesh_size=mesh_size)
     die, top = process.die, process.die.segments(1.0)[1]
     angle = np.radians(15.0)

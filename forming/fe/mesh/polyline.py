@@ -51,26 +51,36 @@ def spaced(points: FloatArray, size: SizeField) -> FloatArray:
     return np.interp(np.linspace(0.0, count[-1], pieces + 1), count, s)
 
 
+@njit(cache=True)
 def distance_to_segment(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Return the distance of each point to the segment from `start` to `end`."""
     along = end - start
-    t = np.clip((points - start) @ along / (along @ along + 1e-30), 0.0, 1.0)
-    return np.hypot(*(points - start - t[:, None] * along).T)
+    square = along[0] ** 2 + along[1] ** 2 + 1e-30
+    distance = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        dr, dz = points[i, 0] - start[0], points[i, 1] - start[1]
+        t = min(1.0, max(0.0, (dr * along[0] + dz * along[1]) / square))
+        distance[i] = np.hypot(dr - t * along[0], dz - t * along[1])
+    return distance
 
 
+@njit(cache=True)
 def distance_to_arc(
     points: FloatArray, centre: tuple[float, float], radius: float, start: float, end: float
 ) -> FloatArray:
     """Return the distance of each point to the arc between two angles [degrees, counter-clockwise from r]."""
-    relative = points - np.array(centre)
-    middle = np.radians(0.5 * (start + end))
+    middle, half = np.radians(0.5 * (start + end)), np.radians(0.5 * (end - start))
     cos, sin = np.cos(middle), np.sin(middle)
-    # Seen from the middle of the arc both halves are alike.
-    along, across = relative @ np.array([cos, sin]), np.abs(relative @ np.array([-sin, cos]))
-    half = np.radians(0.5 * (end - start))
-    to_end = np.hypot(along - radius * np.cos(half), across - radius * np.sin(half))
-    within = np.arctan2(across, along) <= half
-    return np.where(within, np.abs(np.hypot(along, across) - radius), to_end)
+    distance = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        # Seen from the middle of the arc both halves are alike.
+        dr, dz = points[i, 0] - centre[0], points[i, 1] - centre[1]
+        along, across = dr * cos + dz * sin, abs(dz * cos - dr * sin)
+        if np.arctan2(across, along) <= half:
+            distance[i] = abs(np.hypot(along, across) - radius)
+        else:
+            distance[i] = np.hypot(along - radius * np.cos(half), across - radius * np.sin(half))
+    return distance
 
 
 def enclosed_volume(chain: FloatArray) -> float:

@@ -109,13 +109,26 @@ def locate(
     return nearest
 
 
+@njit(cache=True)
 def patch_range(quads: IntArray, gauss: FloatArray, n_nodes: int) -> tuple[FloatArray, FloatArray]:
     """Return the smallest and largest value of each field in each element and its neighbours, [e, c]."""
-    lowest = np.full((n_nodes, gauss.shape[2]), np.inf)
+    n_e, fields = quads.shape[0], gauss.shape[2]
+    lowest = np.full((n_nodes, fields), np.inf)
     highest = -lowest
-    np.minimum.at(lowest, quads, gauss.min(axis=1)[:, None])
-    np.maximum.at(highest, quads, gauss.max(axis=1)[:, None])
-    return lowest[quads].min(axis=1), highest[quads].max(axis=1)
+    low = np.full((n_e, fields), np.inf)
+    high = -low
+    for e in range(n_e):
+        for c in range(fields):
+            smallest, largest = gauss[e, :, c].min(), gauss[e, :, c].max()
+            for n in quads[e]:
+                lowest[n, c] = min(lowest[n, c], smallest)
+                highest[n, c] = max(highest[n, c], largest)
+    for e in range(n_e):
+        for c in range(fields):
+            for n in quads[e]:
+                low[e, c] = min(low[e, c], lowest[n, c])
+                high[e, c] = max(high[e, c], highest[n, c])
+    return low, high
 
 
 @njit(cache=True)
@@ -177,11 +190,19 @@ def search_grid(x: FloatArray, quads: IntArray) -> Grid:
 def shape_weights(points: FloatArray, x: FloatArray, quads: IntArray) -> tuple[IntArray, FloatArray]:
     """Return the nodes of the element around each point, or of the nearest, and their shape functions, shape (n, 4)."""
     grid = search_grid(x, quads)
-    start, members = bin_elements(x, quads, grid)
-    local, found = np.zeros((len(points), 2)), np.empty(len(points), dtype=np.int64)
-    for i, (r, z) in enumerate(points):
-        found[i] = locate(r, z, x, quads, grid, start, members, local[i])
+    local, found = _located(points, x, quads, grid, *bin_elements(x, quads, grid))
     return quads[found], 0.25 * (1.0 + np.outer(local[:, 0], XI)) * (1.0 + np.outer(local[:, 1], ETA))
+
+
+@njit(cache=True)
+def _located(
+    points: FloatArray, x: FloatArray, quads: IntArray, grid: Grid, start: IntArray, members: IntArray
+) -> tuple[FloatArray, IntArray]:
+    """Return the local coordinates of points, shape (n, 2), and the elements they belong to, shape (n,)."""
+    local, found = np.zeros((points.shape[0], 2)), np.empty(points.shape[0], np.int64)
+    for i in range(points.shape[0]):
+        found[i] = locate(points[i, 0], points[i, 1], x, quads, grid, start, members, local[i])
+    return local, found
 
 
 def transfer(
