@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from ...estimation.search.structure import StructurePlace, places_of
 from ...estimation.search.unseen_loads import AS_GOOD
 from ...loads import FloatArray
 from .confirmation import EXPLAINED, NAMED, Confirmation
-from .error_budget import ErrorShares, error_shares, helps, lead
+from .error_budget import ErrorShares, error_shares, fall, helps
 from .identifiability import RESOLUTION
 from .straight_fits import StraightFits
 from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests, mean_of
@@ -40,7 +40,7 @@ WEAK_SHARE, SURE_ALONG = 0.3, 4.0
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
 #: by this share.
 MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
-#: A further effect must beat what could stand in its place by so many standard errors.
+#: An effect must beat what could stand in its place by so many standard errors on unseen tests.
 APART = 1.7
 #: Most effects that are named together.
 MOST_NAMED = 4
@@ -108,9 +108,9 @@ class Confirm:
                 verdict = named if kept else "nothing_missing"
             elif not self._shares([]).missing > 0.0:
                 verdict = "nothing_missing"
-            elif kept and len(grown := self._grown(kept[:1], 2, further)) > 1 and self._explain(grown):
+            elif kept and (several := self._several(kept[0], further)):
                 # one curve of another form has another name; several together may bend where each is right
-                verdict, chosen = named, grown
+                verdict, chosen = named, several
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
         kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
@@ -120,7 +120,9 @@ class Confirm:
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self._shares([])
-        rivals = self._rivals(kept, shares, further) if kept else ()
+        rivals_of = self._rivals(kept, shares, further) if kept else {}
+        kept = self._largest_first(kept)
+        rivals = _told(kept, rivals_of)
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
         where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
@@ -133,6 +135,19 @@ class Confirm:
     def _explain(self, kept: list[Fit]) -> bool:
         """Return whether unseen tests are predicted about as well as they can be."""
         return self._shares(kept).left < EXPLAINED
+
+    def _several(self, first: Fit, further: Further) -> list[Fit]:
+        """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
+        grown = self._grown([first], 2, further)
+        if len(grown) > 1 and self._explain(grown):
+            return grown
+        # effects with memory take long to fit, and hold simpler ones
+        plain = [f for f in self.found.ranking if not f.prepared.candidate.effect.needs_state]
+        best = max(plain, key=lambda f: f.gain, default=first)
+        if best.name == first.name or not self._helps([], best):
+            return []
+        grown = self._grown([best], 2, further, most=2)
+        return grown if len(grown) > 1 and self._explain(grown) else []
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -168,9 +183,20 @@ class Confirm:
                     return instead
         return kept
 
-    def _grown(self, kept: list[Fit], wanted: int, further: Further) -> list[Fit]:
+    def _largest_first(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects led by one that carries far more of the error on unseen tests than the first, if there is one."""
+        if len(kept) < 2:
+            return kept
+        left = [self.straight.errors([g for g in kept if g is not f]).rms ** 2 for f in kept]
+        carried = np.array(left) - self.straight.errors(kept).rms ** 2
+        most = int(np.argmax(carried))
+        if carried[0] > AS_GOOD * carried[most]:
+            return kept
+        return [kept[most], *(f for f in kept if f is not kept[most])]
+
+    def _grown(self, kept: list[Fit], wanted: int, further: Further, most: int = MOST_NAMED) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
-        while kept and len(kept) < MOST_NAMED:
+        while kept and len(kept) < most:
             left = self._shares(kept)
             if len(kept) >= wanted and not left.missing > 0.0:
                 break
@@ -190,7 +216,7 @@ class Confirm:
 
     def _prefer(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
         """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
-        if lead(self.straight.errors(some).total, self.straight.errors(others).total)[1] < CERTAIN:
+        if fall(self.straight.errors(some), self.straight.errors(others))[1] < CERTAIN:
             return False
         return _prefers(*(self.unseen.errors(_effects(fits)) for fits in (some, others)))
 
@@ -232,49 +258,52 @@ class Confirm:
         before = self.unseen.errors(_effects(kept))
         after = self.unseen.errors(_effects([*kept, fit]))
         p = self.found.p_value(fit)
-        weak = not kept and p >= CLEAR and lead(before.total, after.total)[0] < WEAK_SHARE * before.rms**2
-        weak = weak and lead(before.within, after.within)[1] < SURE_ALONG
+        weak = not kept and p >= CLEAR and fall(before, after)[0] < WEAK_SHARE * before.rms**2
+        weak = weak and fall(before, after, "within")[1] < SURE_ALONG
         return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
 
-    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> tuple[str, ...]:
-        """Return effects that would leave hardly more in the place of one that is named, or that some tests prefer to it.
-
-        After those of the first one, each further name that has rivals stands before them.
-        """
+    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> dict[str, list[str]]:
+        """Return for each name the effects that would leave hardly more in its place, or that some tests prefer to it."""
         first, *others = kept
         names = {f.name for f in kept}
-        own = self.straight.errors(kept).total
+        own = self.straight.errors(kept)
         tried = [
             f
             for f in self.found.ranking
             if f.gain > WORTH * first.gain and f.name not in names and not self.found.just(first, f)
         ]
-        told: list[str] = []
+        told: dict[str, list[str]] = {f.name: [] for f in kept}
         for f in tried:
             instead = [f, *others]
             as_good = shares.missing > 0.0 and (
-                np.mean(self.straight.errors(instead).total) - np.mean(own) < shares.missing
+                self.straight.errors(instead).rms ** 2 - own.rms**2 < shares.missing
             )
-            if as_good or (
-                f.gain > AS_LIKELY * first.gain
-                and rivalry(self.campaign, self.found, kept, instead).certainty < AGREED
-            ):
-                told.append(f.name)
+            if as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead)):
+                told[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
-            alike = [
+            told[named.name] = [
                 f.name
                 for f in further(beside)
-                if f.name not in names and lead(self.straight.errors([*beside, f]).total, own)[1] < APART
+                if f.name not in names and fall(self.straight.errors([*beside, f]), own)[1] < APART
             ]
-            told += [named.name, *alike] if alike else []
-        return tuple(told)
+        return told
+
+    def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
+        """Return whether the tests prefer some effects to others.
+
+        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
+        """
+        averaged = self.campaign.count.size == len(self.campaign.tests)
+        if averaged and fall(self.straight.errors(instead), self.straight.errors(kept))[1] < APART:
+            return False
+        return rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
 
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
             return 0.0
         before, after = (self.unseen.errors(_effects(fits)) for fits in (kept[:-1], kept))
-        return max(lead(before.total, after.total)[1], lead(before.within, after.within)[1])
+        return max(fall(before, after)[1], fall(before, after, "within")[1])
 
     def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
         beside = [[], kept] if kept else [[]]
@@ -299,7 +328,7 @@ class Confirm:
 
     def _predicted(self, kept: Sequence[Fit]) -> FloatArray:
         """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
-        key = tuple((f.name, f.index) for f in kept)
+        key = tuple(sorted((f.name, f.index) for f in kept))
         if key not in self._flexible:
             columns = self.found.columns_with(kept)
             self._flexible[key] = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
@@ -320,9 +349,13 @@ def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:
     """Return the verdict where settings differ by more than their repeats: no model of what was recorded need predict that."""
     if verdict == "nothing_missing" and shares.missing > BEYOND_REPEATS * shares.base:
         return "unknown_structure"
-    return (
-        "partly_explained" if verdict in {"explained", "ambiguous"} and shares.left > EXPLAINED else verdict
-    )
+    return "partly_explained" if verdict == "explained" and shares.left > EXPLAINED else verdict
+
+
+def _told(kept: Sequence[Fit], rivals: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Return the rivals of the first name; then further names, each with its own, where it has some."""
+    first, *others = [f.name for f in kept] or [""]
+    return (*rivals.get(first, ()), *(n for name in others if rivals[name] for n in (name, *rivals[name])))
 
 
 def _squares(repeats: Repeats) -> tuple[float, float]:
@@ -332,13 +365,13 @@ def _squares(repeats: Repeats) -> tuple[float, float]:
 
 def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
     """Return whether an error falls by `CONFIRMED_SHARE` of it at least, and by `needed` standard errors."""
-    gain, certain = lead(before.total, after.total)
+    gain, certain = fall(before, after)
     return certain > needed and gain > CONFIRMED_SHARE * before.rms**2
 
 
 def _prefers(before: ErrorsByTest, after: ErrorsByTest) -> bool:
     """Return whether an error falls clearly, and by enough to matter: twins may differ by a hair in every test alike."""
-    gain, certain = lead(before.total, after.total)
+    gain, certain = fall(before, after)
     return certain > CERTAIN and gain > LEAST_SHARE * before.rms**2
 
 

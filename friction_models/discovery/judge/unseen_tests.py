@@ -29,6 +29,12 @@ FEW = 16
 LEAST_TESTS = 4
 
 
+def folds_of(campaign: Campaign, seed: int) -> npt.NDArray[np.intp]:
+    """Return the fold of each test of a campaign; tests at one setting are left out together."""
+    setting = campaign.setting
+    return folds_of_tests(int(setting.max()) + 1, seed)[setting]
+
+
 def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:
     """Return the fold of each test; all in fold 0 where there are too few to leave some out.
 
@@ -100,10 +106,13 @@ class ErrorsByTest:
         Square of the mean error of the test: what differs from test to test.
     within : ndarray, shape (tests,)
         Mean square about it: what changes along the test.
+    setting : ndarray of int, shape (tests,), or None
+        Setting of the test, where several share one.
     """
 
     between: FloatArray
     within: FloatArray
+    setting: npt.NDArray[np.intp] | None = None
 
     @property
     def total(self) -> FloatArray:
@@ -119,13 +128,15 @@ class ErrorsByTest:
 def errors_of_tests(campaign: Campaign, residual: FloatArray) -> ErrorsByTest:
     """Return the errors of the tests from residuals in the bins, shape (m,)."""
     mean, square = campaign.of_tests(residual), campaign.of_tests(residual**2)
-    return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0))
+    return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0), campaign.setting)
 
 
 def mean_of(errors: Sequence[ErrorsByTest]) -> ErrorsByTest:
     """Return the mean of several errors of the same tests."""
     return ErrorsByTest(
-        np.mean([e.between for e in errors], axis=0), np.mean([e.within for e in errors], axis=0)
+        np.mean([e.between for e in errors], axis=0),
+        np.mean([e.within for e in errors], axis=0),
+        errors[0].setting,
     )
 
 
@@ -163,7 +174,7 @@ class UnseenTests:
     @property
     def fold_of_test(self) -> npt.NDArray[np.intp]:
         """Fold of each test."""
-        return folds_of_tests(len(self.campaign.tests), self.seed)[self.campaign.place]
+        return folds_of(self.campaign, self.seed)
 
     def residual(self, effects: Sequence[Effect] = ()) -> FloatArray:
         """Return measured minus predicted mu in the bins, shape (m,), of the model with `effects`."""
@@ -174,7 +185,7 @@ class UnseenTests:
         return errors_of_tests(self.campaign, self.residual(effects))
 
     def _at_points(self, effects: Sequence[Effect]) -> FloatArray:
-        key = tuple(e.name for e in effects)
+        key = tuple(sorted(e.name for e in effects))
         if key not in self._kept:
             self._kept[key] = self.campaign.mu - self._predicted(effects)
             self.told()

@@ -25,6 +25,7 @@ from ...loads import (
     not_measured,
 )
 from .metadata import about_table, metadata_columns
+from .settings import setting_of_tests
 
 BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
@@ -116,6 +117,11 @@ class Campaign:
         """
         means = [self.of_tests(self.average(column)) for column in (*self.loads.as_array().T, self.mu)]
         return np.asarray(np.argsort(np.lexsort(means[::-1])))
+
+    @cached_property
+    def setting(self) -> npt.NDArray[np.intp]:
+        """Setting of each test, see `setting_of_tests`."""
+        return setting_of_tests(self)
 
     def part(self, rows: npt.NDArray[np.bool_]) -> Campaign:
         """Return the points of some tests, binned, with their metadata."""

@@ -25,9 +25,9 @@ class Rivalry:
 
     Attributes
     ----------
-    lead : ndarray, shape (tests,)
-        By how much the first leaves a smaller sum of squares in each test.
-    expected : ndarray, shape (tests,)
+    lead : ndarray, shape (settings,)
+        By how much the first leaves a smaller sum of squares in the tests of each setting.
+    expected : ndarray, shape (settings,)
         What its lead would be on average if it were true: the square of the difference of the two predictions.
 
     Examples
@@ -65,8 +65,9 @@ def rivalry(campaign: Campaign, found: SearchRound, some: Sequence[Fit], others:
     """Compare two sets of effects, fitted beside the base with the shapes of the search, on all tests."""
     y = found.whiten(found.y)
     first, second = (Projector(found.whiten(found.columns_with(fits)))(y) for fits in (some, others))
+    setting = campaign.setting[campaign.test]
     lead, expected = (
-        np.asarray(np.bincount(campaign.test, values, len(campaign.tests)), dtype=float)
+        np.asarray(np.bincount(setting, values), dtype=float)
         for values in (second**2 - first**2, (second - first) ** 2)
     )
     return Rivalry(lead, expected)

@@ -235,8 +235,8 @@ def search(
     prepared = [p for p in prepared if p.usable.any()]
     unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
     rng = np.random.default_rng(seed)
-    place, level = campaign.place[campaign.test], whiten(np.ones(len(y)))
-    noise = null_noise(unexplained, level, place, freedom, rng, REPLICATES)
+    setting, level = campaign.setting[campaign.test], whiten(np.ones(len(y)))
+    noise = null_noise(unexplained, level, setting, freedom, rng, REPLICATES)
     simulated = simulate(prepared, project, noise)
     ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
     by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)
@@ -247,7 +247,7 @@ def search(
         residual=residual,
         candidates=prepared,
         ranking=plain_first(ranking, listed),
-        significance=Significance(prepared, simulated, level, place),
+        significance=Significance(prepared, simulated, level, setting),
         simulated=simulated,
         whiten=whiten,
         project=project,

@@ -37,9 +37,9 @@ def null_noise(
     rng: np.random.Generator,
     count: int,
 ) -> FloatArray:
-    """Return whitened data in which nothing is missing, shape (m, count); `test` is the place of the test of each bin.
+    """Return whitened data in which nothing is missing, shape (m, count); `test` numbers the test of each bin, or its setting.
 
-    The residual of every whole test with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
+    The residual of every whole test, or setting of several, with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
     (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. With few tests there
     are too few signs: normal noise then, whose scale varies as that of a floor that was estimated from so little. What a common
     shift of a whole test, `level` (whitened ones), makes of a bin is known from the tests alone; the rest from all that lies along
@@ -90,7 +90,7 @@ class Significance:
     level : ndarray, shape (m,)
         Whitened ones.
     test : ndarray of int, shape (m,)
-        Test of each bin.
+        Number of the test of each bin, or of its setting.
     """
 
     def __init__(

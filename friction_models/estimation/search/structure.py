@@ -121,8 +121,8 @@ def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, s
     project = Projector(base)
     residual = project(found.residual)
     rng = np.random.default_rng([seed, 77])
-    place, level = campaign.place[campaign.test], found.whiten(np.ones(len(found.y)))
-    noise = null_noise(residual, level, place, found.freedom, rng, REPLICATES)
+    setting, level = campaign.setting[campaign.test], found.whiten(np.ones(len(found.y)))
+    noise = null_noise(residual, level, setting, found.freedom, rng, REPLICATES)
     data = np.column_stack([residual, project(noise)])
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():
