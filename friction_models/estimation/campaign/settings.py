@@ -21,8 +21,8 @@ AS_SET = 0.01
 SAME_TEMPERATURE = 1.5
 #: A contact warms up while its set points stay: within this share of the range of its temperatures it is one setting.
 WARMS = 0.15
-#: With fewer settings every test stands for itself.
-LEAST_SETTINGS = 20
+#: With fewer settings, or where fewer tests share one, every test stands for itself: in a random plan some are near by chance.
+LEAST_SETTINGS, LEAST_SHARED = 20, 0.5
 
 Indexes: TypeAlias = npt.NDArray[np.intp]
 
@@ -85,7 +85,8 @@ def setting_of_tests(campaign: Campaign) -> Indexes:
             near = np.all(np.abs(at - at[k]) <= 1.0, axis=1)
             setting[near & (setting < 0)] = count
             count += 1
-    return setting if count >= LEAST_SETTINGS else campaign.place
+    shared = float(np.mean(np.bincount(setting)[setting] > 1))
+    return setting if count >= LEAST_SETTINGS and shared >= LEAST_SHARED else campaign.place
 
 
 def _temperature(campaign: Campaign) -> FloatArray:
