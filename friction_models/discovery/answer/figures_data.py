@@ -39,24 +39,16 @@ def mapped_loads(averages: pd.DataFrame) -> tuple[str, str] | None:
 
 @dataclass(frozen=True)
 class LoadMap:
-    """Mean residual over two loads.
+    """Mean residual over two loads."""
 
-    Attributes
-    ----------
-    x, y : str
-        The loads.
-    x_edges, y_edges : ndarray, shape (k + 1,), (m + 1,)
-    tests : ndarray of int, shape (m, k)
-        Tests in each cell.
-    mean : dict of str to ndarray, shape (m, k)
-        By ``before`` and ``after``; NaN in cells without a test. Every test counts once in a cell.
-    """
-
+    #: The loads.
     x: str
     y: str
+    #: Shape (k + 1,), (m + 1,).
     x_edges: FloatArray
     y_edges: FloatArray
-    tests: FloatArray
+    tests: FloatArray  #: Tests in each cell, shape (m, k).
+    #: By ``before`` and ``after``; NaN in cells without a test. Every test counts once in a cell. Shape (m, k).
     mean: dict[str, FloatArray]
 
 

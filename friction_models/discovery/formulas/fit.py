@@ -22,16 +22,10 @@ Shapes = list[dict[str, float]]
 
 @dataclass(frozen=True)
 class Fitted:
-    """Terms after a fit to all tests.
-
-    Attributes
-    ----------
-    shapes : list of dict of str to float
-    amplitudes : ndarray, shape (effects,)
-    """
+    """Terms after a fit to all tests."""
 
     shapes: Shapes
-    amplitudes: FloatArray
+    amplitudes: FloatArray  #: Shape (effects,).
 
 
 def fit(

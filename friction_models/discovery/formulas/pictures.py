@@ -24,23 +24,13 @@ LEVELS = (0.1, 0.5, 0.9)
 
 @dataclass(frozen=True)
 class TermCurve:
-    """What one term adds to mu, as fitted.
+    """What one term adds to mu, as fitted."""
 
-    Attributes
-    ----------
-    term : str
-        Name of the effect.
-    load : str
-        Along which it is drawn.
-    at : str
-        Where its second load is held, ``psi = 1.4``; empty for a term of one load.
-    x, y, low, high : ndarray, shape (places,)
-        Values of the load within the tests; what is added to mu; 95 % interval of it, tests counting as one observation each.
-    """
-
-    term: str
-    load: str
-    at: str
+    term: str  #: Name of the effect.
+    load: str  #: Along which it is drawn.
+    at: str  #: Where its second load is held, ``psi = 1.4``; empty for a term of one load.
+    #: Values of the load within the tests; what is added to mu; 95 % interval of it, tests counting as one observation each.
+    #: Shape (places,).
     x: FloatArray
     y: FloatArray
     low: FloatArray

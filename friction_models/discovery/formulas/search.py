@@ -35,36 +35,18 @@ COMPARABLE, LEAST_STABLE = 0.7, 0.15
 
 @dataclass
 class Missing:
-    """What is missing, as unseen tests show it.
+    """What is missing, as unseen tests show it."""
 
-    Attributes
-    ----------
-    campaign : Campaign
-        As it was searched.
-    columns : ndarray, shape (m, p)
-        The model and what is named, in the bins.
-    y : ndarray, shape (m,)
-        Bin means of mu without the fixed part of the model.
-    whiten : Whitener
-    fold_of_test : ndarray of int, shape (tests,)
-    before : ndarray, shape (tests,)
-        Mean squared error of each unseen test of the model with what is named.
-    best : float
-        Mean squared error of the best prediction that is known.
-    seed : int
-    sloping : bool
-        Whether the model has no slopes, so that terms keep theirs.
-    """
-
-    campaign: Campaign
-    columns: FloatArray
-    y: FloatArray
+    campaign: Campaign  #: As it was searched.
+    columns: FloatArray  #: The model and what is named, in the bins, shape (m, p).
+    y: FloatArray  #: Bin means of mu without the fixed part of the model, shape (m,).
     whiten: Whitener
-    fold_of_test: npt.NDArray[np.intp]
+    fold_of_test: npt.NDArray[np.intp]  #: Shape (tests,).
+    #: Mean squared error of each unseen test of the model with what is named, shape (tests,).
     before: FloatArray
-    best: float
+    best: float  #: Mean squared error of the best prediction that is known.
     seed: int = 0
-    sloping: bool = False
+    sloping: bool = False  #: Whether the model has no slopes, so that terms keep theirs.
 
 
 def offers(missing: Missing) -> list[FormulaOffer]:

@@ -41,26 +41,13 @@ FLAT = 1e-8
 
 @dataclass(frozen=True)
 class _Possible:
-    """One set of shapes of a hypothesis: coefficients of base, effect and deviations.
+    """One set of shapes of a hypothesis: coefficients of base, effect and deviations."""
 
-    Attributes
-    ----------
-    index : int or None
-        Which set of shapes; None for "none of the catalogue".
-    used : list of int
-        Amplitudes that are not zero.
-    share : float
-        Of the hypothesis.
-    mean : ndarray, shape (d,)
-    root : ndarray, shape (d, d)
-        The covariance is ``root @ root.T``.
-    """
-
-    index: int | None
-    used: list[int]
-    share: float
-    mean: FloatArray
-    root: FloatArray
+    index: int | None  #: Which set of shapes; None for "none of the catalogue".
+    used: list[int]  #: Amplitudes that are not zero.
+    share: float  #: Of the hypothesis.
+    mean: FloatArray  #: Shape (d,).
+    root: FloatArray  #: The covariance is ``root @ root.T``, shape (d, d).
 
 
 class Hypotheses:

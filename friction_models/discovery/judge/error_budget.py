@@ -23,33 +23,17 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class ErrorShares:
-    """Mean squared errors of mu on unseen tests, every test with the same weight.
+    """Mean squared errors of mu on unseen tests, every test with the same weight."""
 
-    Attributes
-    ----------
-    base : float
-        Of the model as it is, refitted to the other tests.
-    named : float
-        Of the model with the effects that are named; the same as `base` where none is.
-    best : float
-        Of the best prediction that is known, model or reference, between and within tests each.
-    certainty : float
-        Standard errors by which the reference is better than the model with what is named.
-    interval : tuple of float
-        95 % interval of `best` over the tests.
-    by_reference : bool
-        Whether `best` is, between or within tests, that of the flexible reference and not of the model.
-    beyond : float
-        Standard errors by which the reference is better than the model with what is named, between or within tests, however
-        little it is; 0 where it is not better.
-    """
-
-    base: float
-    named: float
-    best: float
-    certainty: float
-    interval: tuple[float, float]
+    base: float  #: Of the model as it is, refitted to the other tests.
+    named: float  #: Of the model with the effects that are named; the same as `base` where none is.
+    best: float  #: Of the best prediction that is known, model or reference, between and within tests each.
+    certainty: float  #: Standard errors by which the reference is better than the model with what is named.
+    interval: tuple[float, float]  #: 95 % interval of `best` over the tests.
+    #: Whether `best` is, between or within tests, that of the flexible reference and not of the model.
     by_reference: bool
+    #: Standard errors by which the reference is better than the model with what is named, between or within tests, however
+    #: little it is; 0 where it is not better.
     beyond: float = 0.0
 
     @property

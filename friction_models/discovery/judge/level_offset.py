@@ -19,23 +19,15 @@ from .verdict import STRUCTURE_LEVEL
 
 @dataclass(frozen=True)
 class LevelOffset:
-    """How far the measurements lie above a model everywhere, whatever the effects do that are missing from it.
+    """How far the measurements lie above a model everywhere, whatever the effects do that are missing from it."""
 
-    Attributes
-    ----------
-    value, error : float
-        Least distance over the tested loads (generalised least squares) and its standard error, in mu; 0 where an effect
-        makes the model right at some of them.
-    p_value : float
-        Two-sided, of Student's t with the tests that are left to show the scatter between them.
-    floor : float
-        Noise floor of one average.
-    """
-
+    #: Least distance over the tested loads (generalised least squares) and its standard error, in mu; 0 where an effect makes
+    #: the model right at some of them.
     value: float = 0.0
     error: float = 0.0
+    #: Two-sided, of Student's t with the tests that are left to show the scatter between them.
     p_value: float = 1.0
-    floor: float = 0.0
+    floor: float = 0.0  #: Noise floor of one average.
 
     @property
     def off(self) -> bool:

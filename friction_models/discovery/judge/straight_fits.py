@@ -16,20 +16,11 @@ from .unseen_tests import ErrorsByTest, Mask, UnseenTests, errors_of_tests
 
 @dataclass(frozen=True)
 class StraightFits:
-    """Fits of amplitudes only.
-
-    Attributes
-    ----------
-    campaign : Campaign
-    unseen : UnseenTests
-        Gives the folds.
-    found : SearchRound
-        Gives the base in the bins.
-    """
+    """Fits of amplitudes only."""
 
     campaign: Campaign
-    unseen: UnseenTests
-    found: SearchRound
+    unseen: UnseenTests  #: Gives the folds.
+    found: SearchRound  #: Gives the base in the bins.
 
     def errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
         """Return the errors on unseen tests with amplitudes of the other tests."""

@@ -98,20 +98,12 @@ def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
 
 @dataclass(frozen=True)
 class ErrorsByTest:
-    """Mean squared error of each test, split in two.
+    """Mean squared error of each test, split in two."""
 
-    Attributes
-    ----------
-    between : ndarray, shape (tests,)
-        Square of the mean error of the test: what differs from test to test.
-    within : ndarray, shape (tests,)
-        Mean square about it: what changes along the test.
-    setting : ndarray of int, shape (tests,), or None
-        Setting of the test, where several share one.
-    """
-
+    #: Square of the mean error of the test: what differs from test to test. Shape (tests,).
     between: FloatArray
-    within: FloatArray
+    within: FloatArray  #: Mean square about it: what changes along the test. Shape (tests,).
+    #: Setting of the test, where several share one, shape (tests,).
     setting: npt.NDArray[np.intp] | None = None
 
     @property
@@ -148,21 +140,12 @@ def refitted(base: BaseLaw) -> bool:
 
 @dataclass
 class UnseenTests:
-    """Residuals of a model, with and without effects, on tests that each fit did not see.
-
-    Attributes
-    ----------
-    campaign : Campaign
-    base : BaseLaw
-    seed : int
-        Of the folds.
-    told : callable
-        Called after each set of effects that was fitted.
-    """
+    """Residuals of a model, with and without effects, on tests that each fit did not see."""
 
     campaign: Campaign
     base: BaseLaw
-    seed: int = 0
+    seed: int = 0  #: Of the folds.
+    #: Called after each set of effects that was fitted.
     told: Callable[[], None] = field(default=lambda: None, repr=False)
     _kept: dict[tuple[str, ...], FloatArray] = field(default_factory=dict, repr=False)
 

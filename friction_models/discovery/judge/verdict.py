@@ -31,35 +31,17 @@ STRUCTURE_LEVEL = 0.01
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the verdict is drawn from.
-
-    Attributes
-    ----------
-    found : SearchRound
-    winner : Fit or None
-    p_value : float
-    share : float
-        Share of the squared error that the winner carries.
-    confusion_set : list of str
-    misfit : Misfit
-        Along the winner's own loads, beyond its form.
-    structure : Structure
-        Beyond base and winner (beyond the base where no effect stands out).
-    structure_share : float
-        Share of the squared error in it.
-    outside : float
-        Share of the points outside the model's domain.
-    """
+    """What the verdict is drawn from."""
 
     found: SearchRound
     winner: Fit | None
     p_value: float
-    share: float
+    share: float  #: Share of the squared error that the winner carries.
     confusion_set: list[str]
-    misfit: Misfit
-    structure: Structure
-    structure_share: float
-    outside: float
+    misfit: Misfit  #: Along the winner's own loads, beyond its form.
+    structure: Structure  #: Beyond base and winner (beyond the base where no effect stands out).
+    structure_share: float  #: Share of the squared error in it.
+    outside: float  #: Share of the points outside the model's domain.
 
     @property
     def present(self) -> bool:

@@ -44,59 +44,28 @@ FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of
 
 @dataclass
 class Campaign:
-    """Measured points of whole tests, with the bins that every later step works on.
+    """Measured points of whole tests, with the bins that every later step works on."""
 
-    Attributes
-    ----------
-    loads : TriboLoads
-        All points; the points of one test are consecutive.
-    mu : ndarray, shape (n,)
-        Measured coefficient of friction.
-    tests : list of str
-        Test names in the order of the points.
-    point_starts : ndarray of int, shape (tests,)
-        First point of each test.
-    starts : ndarray of int, shape (m,)
-        First point of each bin.
-    count : ndarray, shape (m,)
-        Points in each bin.
-    test : ndarray of int, shape (m,)
-        Test of each bin.
-    slot : ndarray of int, shape (m,)
-        Number of the bin within its test.
-    distance : ndarray, shape (n,)
-        Sliding distance since the start of the test [mm]; counts of points where it does not vary.
-    system : dict of str to ndarray, shape (n, 1)
-        Metadata of the tests that is recorded for every test, as numbers.
-    warnings : list of str
-        What the user should know about the data.
-    grouped : bool
-        Whether tests are known.
-    distrusted : ndarray of bool, shape (m,), or None
-        Bins that lie far off their neighbours; they carry no weight.
-    spikes : float
-        Share of the points that lay far off their neighbours and were replaced.
-    integrated : dict
-        States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
-    smooth : ndarray, shape (m, k), or None
-        Curves along the loads, once they have been computed.
-    """
-
-    loads: TriboLoads
-    mu: FloatArray
-    tests: list[str]
-    point_starts: npt.NDArray[np.intp]
-    starts: npt.NDArray[np.intp]
-    count: FloatArray
-    test: npt.NDArray[np.intp]
-    slot: npt.NDArray[np.intp]
+    loads: TriboLoads  #: All points; the points of one test are consecutive.
+    mu: FloatArray  #: Measured coefficient of friction, shape (n,).
+    tests: list[str]  #: Test names in the order of the points.
+    point_starts: npt.NDArray[np.intp]  #: First point of each test, shape (tests,).
+    starts: npt.NDArray[np.intp]  #: First point of each bin, shape (m,).
+    count: FloatArray  #: Points in each bin, shape (m,).
+    test: npt.NDArray[np.intp]  #: Test of each bin, shape (m,).
+    slot: npt.NDArray[np.intp]  #: Number of the bin within its test, shape (m,).
+    #: Sliding distance since the start of the test [mm]; counts of points where it does not vary. Shape (n,).
     distance: FloatArray
+    #: Metadata of the tests that is recorded for every test, as numbers, each of shape (n, 1).
     system: dict[str, FloatArray] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
-    grouped: bool = True
+    warnings: list[str] = field(default_factory=list)  #: What the user should know about the data.
+    grouped: bool = True  #: Whether tests are known.
+    #: Bins that lie far off their neighbours; they carry no weight. Shape (m,).
     distrusted: npt.NDArray[np.bool_] | None = None
-    spikes: float = 0.0
+    spikes: float = 0.0  #: Share of the points that lay far off their neighbours and were replaced.
+    #: States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
     integrated: dict[str, tuple[FloatArray, dict[str, FloatArray]]] = field(default_factory=dict, repr=False)
+    #: Curves along the loads, once they have been computed, shape (m, k).
     smooth: FloatArray | None = field(default=None, repr=False)
 
     def average(self, values: FloatArray) -> FloatArray:

@@ -21,24 +21,15 @@ AT_BOUND = 1e-6
 
 @dataclass(frozen=True)
 class FittedTerm:
-    """An effect with its fitted parameters.
-
-    Attributes
-    ----------
-    effect : Effect
-    shape, amplitudes : dict of str to float
-        Fitted parameters by name.
-    intervals : dict of str to tuple of float
-        95 % intervals of those that were fitted; shape parameters stay within their bounds.
-    binned : ndarray, shape (m,)
-        Its share of mu in the bins.
-    """
+    """An effect with its fitted parameters."""
 
     effect: Effect
+    #: Fitted parameters by name.
     shape: dict[str, float]
     amplitudes: dict[str, float]
+    #: 95 % intervals of those that were fitted; shape parameters stay within their bounds.
     intervals: dict[str, tuple[float, float]]
-    binned: FloatArray
+    binned: FloatArray  #: Its share of mu in the bins, shape (m,).
 
     @property
     def name(self) -> str:
@@ -59,19 +50,11 @@ class FittedTerm:
 
 @dataclass(frozen=True)
 class FittedTerms:
-    """Law and effects fitted together.
-
-    Attributes
-    ----------
-    terms : list of FittedTerm
-    residual : ndarray, shape (m,)
-        Bin means of measured mu minus the whole law.
-    correlations : list of (str, str, float)
-        Pairs of parameters, as ``effect.parameter``, that are tied by more than `TIED`, the strongest first.
-    """
+    """Law and effects fitted together."""
 
     terms: list[FittedTerm]
-    residual: FloatArray
+    residual: FloatArray  #: Bin means of measured mu minus the whole law, shape (m,).
+    #: Pairs of parameters, as ``effect.parameter``, that are tied by more than `TIED`, the strongest first.
     correlations: list[tuple[str, str, float]]
 
 

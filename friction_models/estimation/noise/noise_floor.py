@@ -63,33 +63,16 @@ class NoiseFloorNumbers(TypedDict):
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Standard deviations of mu that no function of the loads explains.
+    """Standard deviations of mu that no function of the loads explains."""
 
-    Attributes
-    ----------
-    sensor : float
-        White noise of a point.
-    test : float
-        Scatter between tests.
-    drift : float
-        Slow drift within a test.
-    drift_length : float
-        Its correlation length [mm].
-    interval : tuple of float
-        95 % interval of `total`.
-    bin_sensor : float
-        White noise of a bin of one point as the covariance uses it (holds what points share).
-    known : bool
-        Whether there were enough tests to estimate the scatter between them.
-    """
-
-    sensor: float
-    test: float
-    drift: float
-    drift_length: float
-    interval: tuple[float, float]
+    sensor: float  #: White noise of a point.
+    test: float  #: Scatter between tests.
+    drift: float  #: Slow drift within a test.
+    drift_length: float  #: Its correlation length [mm].
+    interval: tuple[float, float]  #: 95 % interval of `total`.
+    #: White noise of a bin of one point as the covariance uses it (holds what points share).
     bin_sensor: float
-    known: bool = True
+    known: bool = True  #: Whether there were enough tests to estimate the scatter between them.
 
     @property
     def total(self) -> float:
@@ -109,27 +92,15 @@ class NoiseFloor:
 
 @dataclass(frozen=True)
 class Layout:
-    """Bins of all tests as padded arrays [tests, slots].
+    """Bins of all tests as padded arrays [tests, slots]."""
 
-    Attributes
-    ----------
-    test, slot : ndarray of int, shape (m,)
-        Where each bin stands.
-    shape : tuple of int
-        Tests and slots.
-    gaps : ndarray, shape (tests, slots, slots)
-        Distances between bins of a test [mm].
-    weight : ndarray, shape (tests, slots)
-        1/points, 0 where there is no bin.
-    present : ndarray of bool, shape (tests, slots)
-    """
-
+    #: Where each bin stands, shape (m,).
     test: npt.NDArray[np.intp]
     slot: npt.NDArray[np.intp]
-    shape: tuple[int, int]
-    gaps: FloatArray
-    weight: FloatArray
-    present: npt.NDArray[np.bool_]
+    shape: tuple[int, int]  #: Tests and slots.
+    gaps: FloatArray  #: Distances between bins of a test [mm], shape (tests, slots, slots).
+    weight: FloatArray  #: 1/points, 0 where there is no bin, shape (tests, slots).
+    present: npt.NDArray[np.bool_]  #: Shape (tests, slots).
 
     @classmethod
     def of(cls, campaign: Campaign) -> Layout:

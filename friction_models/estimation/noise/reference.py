@@ -40,22 +40,8 @@ class _Prepared(NamedTuple):
 class Reference:
     """Flexible prediction of whole tests.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    floor : NoiseFloor
-        Its drift and sensor noise weigh the bins of a test against one another.
-    y : ndarray, shape (m,)
-        Bin means of mu.
-    without : frozenset of str
-        Metadata that is left out.
-
-    Attributes
-    ----------
-    names : list of str
-        Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
-    metadata : list of str
-        The last of them.
+    Drift and sensor noise of the noise floor weigh the bins of a test against one another; `y` is mu in the bins, shape (m,).
+    It is `without` some metadata.
     """
 
     def __init__(
@@ -64,6 +50,7 @@ class Reference:
         self.campaign, self.y = campaign, y
         self._floor, self._left_out, self._others = floor, without, dict[frozenset[str], Reference]()
         self.scale = float(np.std(y)) or 1e-9
+        #: Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
         self.names, self.curves, self._metadata = reference_curves(campaign, without)
         self.metadata = [self.names[k] for k in self._metadata]
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)

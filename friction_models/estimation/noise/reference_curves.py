@@ -30,17 +30,10 @@ SAME_AS_LOAD = 0.999
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves along one quantity, or products of those along two.
+    """Curves along one quantity, or products of those along two."""
 
-    Attributes
-    ----------
-    of : tuple of int
-        Places of the quantities in `Reference.names`.
-    columns : ndarray, shape (m, k)
-    """
-
-    of: tuple[int, ...]
-    columns: FloatArray
+    of: tuple[int, ...]  #: Places of the quantities in `Reference.names`.
+    columns: FloatArray  #: Shape (m, k).
 
 
 def reference_curves(

@@ -24,24 +24,15 @@ LACK_OF_FIT = 0.01
 
 @dataclass(frozen=True)
 class Repeats:
-    """How far tests at the same settings lie apart.
+    """How far tests at the same settings lie apart."""
 
-    Attributes
-    ----------
-    settings, tests : int
-        Settings that were tested more than once, and the tests there.
-    scatter : float
-        Standard deviation in mu of the averages about the mean of their setting: between tests and along them.
-    interval : tuple of float
-        95 % interval of it (chi-square).
-    p_value : float
-        That settings differ as much as they do by chance, if all tests were repeats of one another; 1 for few settings.
-    """
-
+    #: Settings that were tested more than once, and the tests there.
     settings: int
     tests: int
+    #: Standard deviation in mu of the averages about the mean of their setting: between tests and along them.
     scatter: float
-    interval: tuple[float, float]
+    interval: tuple[float, float]  #: 95 % interval of it (chi-square).
+    #: That settings differ as much as they do by chance, if all tests were repeats of one another; 1 for few settings.
     p_value: float
 
     @property

@@ -21,20 +21,11 @@ OPS = NumpyOps()
 
 @dataclass
 class Candidate:
-    """One effect at g sets of shape parameters.
-
-    Attributes
-    ----------
-    effect : Effect
-    shapes : dict of str to ndarray, shape (g,)
-        Shape parameters of every set.
-    columns : ndarray, shape (m, g, amplitudes)
-        Bin means of the basis.
-    """
+    """One effect at g sets of shape parameters."""
 
     effect: Effect
-    shapes: dict[str, FloatArray]
-    columns: FloatArray
+    shapes: dict[str, FloatArray]  #: Shape parameters of every set, each of shape (g,).
+    columns: FloatArray  #: Bin means of the basis, shape (m, g, amplitudes).
 
     def shape_at(self, k: int) -> dict[str, float]:
         """Return the shape parameters of set `k`."""

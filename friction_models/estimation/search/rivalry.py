@@ -23,13 +23,6 @@ from .search_round import SearchRound
 class Rivalry:
     """Leads of the first of two sets of effects over the second, in units of the variance of the noise.
 
-    Attributes
-    ----------
-    lead : ndarray, shape (settings,)
-        By how much the first leaves a smaller sum of squares in the tests of each setting.
-    expected : ndarray, shape (settings,)
-        What its lead would be on average if it were true: the square of the difference of the two predictions.
-
     Examples
     --------
     Fifteen tests in which the rivals predict nearly alike, and one that was made to part them:
@@ -45,7 +38,9 @@ class Rivalry:
     0.2
     """
 
+    #: By how much the first leaves a smaller sum of squares in the tests of each setting, shape (settings,).
     lead: FloatArray
+    #: What its lead would be on average if it were true: the square of the difference of the two predictions. Shape (settings,).
     expected: FloatArray
 
     @property

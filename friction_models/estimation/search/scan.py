@@ -17,22 +17,12 @@ FAULT_PENALTY = 3.0
 
 @dataclass
 class Prepared:
-    """A candidate after whitening and after the base has been projected out.
-
-    Attributes
-    ----------
-    candidate : Candidate
-    columns : ndarray, shape (m, g, amplitudes)
-        Whitened, projected.
-    gram : ndarray, shape (g, amplitudes, amplitudes)
-    usable : ndarray of bool, shape (g, amplitudes)
-        Whether enough of a column is left beside the base.
-    """
+    """A candidate after whitening and after the base has been projected out."""
 
     candidate: Candidate
-    columns: FloatArray
-    gram: FloatArray
-    usable: np.ndarray
+    columns: FloatArray  #: Whitened, projected, shape (m, g, amplitudes).
+    gram: FloatArray  #: Shape (g, amplitudes, amplitudes).
+    usable: np.ndarray  #: Whether enough of a column is left beside the base, shape (g, amplitudes).
 
     @property
     def name(self) -> str:
@@ -53,25 +43,14 @@ class Prepared:
 
 @dataclass
 class Fit:
-    """The best parameters of one effect.
-
-    Attributes
-    ----------
-    prepared : Prepared
-    index : int
-        Which set of shape parameters.
-    amplitudes : ndarray, shape (amplitudes,)
-    gain : float
-        Drop of the whitened sum of squares minus two per degree of freedom; at most 0 for a useless effect.
-    evidence : float
-        The gain where the form of the effect may be somewhat wrong.
-    """
+    """The best parameters of one effect."""
 
     prepared: Prepared
-    index: int
-    amplitudes: FloatArray
+    index: int  #: Which set of shape parameters.
+    amplitudes: FloatArray  #: Shape (amplitudes,).
+    #: Drop of the whitened sum of squares minus two per degree of freedom; at most 0 for a useless effect.
     gain: float
-    evidence: float
+    evidence: float  #: The gain where the form of the effect may be somewhat wrong.
 
     @property
     def name(self) -> str:

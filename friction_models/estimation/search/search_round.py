@@ -42,48 +42,25 @@ DIFFERS = 0.02
 
 @dataclass
 class SearchRound:
-    """What one search found.
-
-    Attributes
-    ----------
-    floor : NoiseFloor
-    residual : ndarray, shape (m,)
-        Whitened bin means without the base.
-    candidates : list of Prepared
-    ranking : list of Fit
-        The largest evidence first; an effect with a constant load does not lead while another one explains about as much.
-    significance : Significance
-        From what all effects gain where nothing is missing.
-    simulated : Simulated
-    whiten, project : callable
-        Whitening, and removal of the base after it.
-    columns : ndarray, shape (m, p)
-        The base in the bins.
-    y : ndarray, shape (m,)
-        Bin means of mu without the fixed part of the base.
-    count : ndarray, shape (m,)
-        Points in each bin.
-    freedom : Freedom
-        Degrees of freedom with which the scatter between tests, and noise along them, are estimated.
-    by_parts : frozenset of str
-        Effects that show nothing beyond a sum of simpler ones.
-    least_p : float
-        Lower bound of the p-values: the one of the first search, before the floor allowed for the winner.
-    """
+    """What one search found."""
 
     floor: NoiseFloor
-    residual: FloatArray
+    residual: FloatArray  #: Whitened bin means without the base, shape (m,).
     candidates: list[Prepared]
+    #: The largest evidence first; an effect with a constant load does not lead while another one explains about as much.
     ranking: list[Fit]
-    significance: Significance
+    significance: Significance  #: From what all effects gain where nothing is missing.
     simulated: Simulated
+    #: Whitening, and removal of the base after it.
     whiten: Whitener
     project: Projector
-    columns: FloatArray
-    y: FloatArray
-    count: FloatArray
+    columns: FloatArray  #: The base in the bins, shape (m, p).
+    y: FloatArray  #: Bin means of mu without the fixed part of the base, shape (m,).
+    count: FloatArray  #: Points in each bin, shape (m,).
+    #: Degrees of freedom with which the scatter between tests, and noise along them, are estimated.
     freedom: Freedom
-    by_parts: frozenset[str] = frozenset()
+    by_parts: frozenset[str] = frozenset()  #: Effects that show nothing beyond a sum of simpler ones.
+    #: Lower bound of the p-values: the one of the first search, before the floor allowed for the winner.
     least_p: float = 0.0
 
     @property

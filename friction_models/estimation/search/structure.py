@@ -44,40 +44,20 @@ class StructurePlace(TypedDict):
 
 @dataclass
 class Structure:
-    """What a flexible model finds beyond base and effects.
+    """What a flexible model finds beyond base and effects."""
 
-    Attributes
-    ----------
-    excess : float
-        Whitened squared signal of the strongest block beyond what noise gives.
-    p_value : float
-        Family-wise over the blocks.
-    rms : float
-        RMS of this signal in mu.
-    where : list of StructurePlace
-        Blocks that stand out.
-    """
-
-    excess: float
-    p_value: float
-    rms: float
-    where: list[StructurePlace]
+    excess: float  #: Whitened squared signal of the strongest block beyond what noise gives.
+    p_value: float  #: Family-wise over the blocks.
+    rms: float  #: RMS of this signal in mu.
+    where: list[StructurePlace]  #: Blocks that stand out.
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """How far the residual still bends along the loads of the winner.
+    """How far the residual still bends along the loads of the winner."""
 
-    Attributes
-    ----------
-    excess : float
-        Whitened squared signal beyond what noise gives.
-    p_value : float
-        Chi-square.
-    """
-
-    excess: float = 0.0
-    p_value: float = 1.0
+    excess: float = 0.0  #: Whitened squared signal beyond what noise gives.
+    p_value: float = 1.0  #: Chi-square.
 
 
 def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:

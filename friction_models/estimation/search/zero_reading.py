@@ -31,26 +31,16 @@ READINGS, LEAST_READING = 20.0, 1.0
 
 @dataclass(frozen=True)
 class ZeroReading:
-    """Offset of the friction force by readings without load, as friction stress on the contact.
+    """Offset of the friction force by readings without load, as friction stress on the contact."""
 
-    Attributes
-    ----------
-    low, high : float
-        Bounds of the offset [MPa], on average over the tests. Records with a reading after the test are corrected for part of
-        it already.
-    std : float
-        Standard error of a reading [MPa]: noise of the cell and scatter of its zero from test to test.
-    spread : float
-        Relative error of the effect on mu, because contact areas differ.
-    area : float
-        Of the contact [mm2].
-    """
-
+    #: Bounds of the offset [MPa], on average over the tests. Records with a reading after the test are corrected for part of it
+    #: already.
     low: float
     high: float
+    #: Standard error of a reading [MPa]: noise of the cell and scatter of its zero from test to test.
     std: float
-    spread: float
-    area: float
+    spread: float  #: Relative error of the effect on mu, because contact areas differ.
+    area: float  #: Of the contact [mm2].
 
     def away(self, stress: float) -> float:
         """Return how far a stress lies outside the bounds [MPa]."""
