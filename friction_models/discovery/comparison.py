@@ -234,15 +234,8 @@ def resampled(
 ) -> dict[str, Draws]:
     """Return the errors of models in resampled sets of whole tests, all models in the same sets.
 
-    Parameters
-    ----------
-    errors : mapping of str to ndarray
-        Predicted minus measured mu at each point, by model.
-    group : ndarray of int
-        Number of the test of each point, from 0 on without a gap.
-    rng : numpy.random.Generator
-    replicates : int
-        How many sets are drawn.
+    `errors` are predicted minus measured mu at each point, by model; `group` numbers the test of each point, from 0 on without
+    a gap.
 
     Examples
     --------
@@ -271,24 +264,11 @@ def is_clear(smaller: FloatArray, larger: FloatArray, tests: int) -> bool:
 def before_and_after(
     before: FloatArray, after: FloatArray, group: npt.NDArray[np.integer[Any]], seed: int = 0
 ) -> tuple[dict[str, dict[str, list[float] | None]], bool]:
-    """Return how sure a change of the error is.
+    """Return how sure a change of the error is: 95 % intervals, and whether the RMSE fell by more than chance.
 
-    Parameters
-    ----------
-    before, after : ndarray of shape (n,)
-        Predicted minus measured mu at the same points.
-    group : ndarray of int, shape (n,)
-        Number of the test of each point, from 0 on without a gap.
-    seed : int
-        Of the resampling.
-
-    Returns
-    -------
-    intervals : dict
-        Of ``before``, ``after`` and ``fall`` (before minus after) the 95 % intervals of ``rmse`` and ``mae`` from
-        resampling whole tests; None for a single test.
-    clear : bool
-        Whether the RMSE fell by more than chance.
+    `before` and `after` are predicted minus measured mu at the same points, shape (n,); `group` numbers the test of each point,
+    from 0 on without a gap. The intervals are those of ``rmse`` and ``mae`` of ``before``, ``after`` and ``fall`` (before minus
+    after) from resampling whole tests; None for a single test.
 
     Examples
     --------

@@ -204,10 +204,7 @@ def _judge(
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
     """Refuse data that the base alone can fit exactly.
 
-    Raises
-    ------
-    InputError
-        No load varies, or hardly more averages than the base has numbers.
+    Raises InputError: no load varies, or hardly more averages than the base has numbers.
     """
     if not any(campaign.varies(n) for n in LOAD_NAMES):
         raise InputError(

@@ -14,17 +14,7 @@ UNEXPLAINED = ("unknown_structure", "partly_explained")
 
 
 def formulas_for(verdict: str, campaign: Campaign, judged: Judged, seed: int) -> list[FormulaOffer]:
-    """Return the terms that are offered beside what is named; none for other verdicts or with too few tests.
-
-    Parameters
-    ----------
-    verdict : str
-    campaign : Campaign
-        As it was searched.
-    judged : Judged
-    seed : int
-        Of the resamples.
-    """
+    """Return the terms that are offered beside what is named; none for other verdicts or with too few tests."""
     shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
     if verdict not in UNEXPLAINED or shares is None or unseen is None:
         return []

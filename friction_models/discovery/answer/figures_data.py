@@ -84,22 +84,10 @@ def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | No
 def effect_curve(
     effect: Effect, values: Mapping[str, float], averages: pd.DataFrame, driver: str
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return the contribution of an effect to mu along one load, the others at their median.
+    """Return the contribution of an effect to mu along the load `driver`, the others at their median.
 
-    Parameters
-    ----------
-    effect : Effect
-    values : mapping
-        Its amplitudes and shape parameters.
-    averages : pandas.DataFrame
-        `Diagnosis.averages`.
-    driver : str
-        The load along which the curve is drawn.
-
-    Returns
-    -------
-    tuple of ndarray, shape (n,)
-        Load and contribution to mu; None if the effect has memory or needs metadata.
+    `values` holds its amplitudes and shape parameters, `averages` are `Diagnosis.averages`. Returns load and contribution, each
+    of shape (n,); None if the effect has memory or needs metadata.
     """
     if effect.states or effect.metadata or driver not in averages.columns or driver not in LOAD_NAMES:
         return None

@@ -38,16 +38,7 @@ class TermCurve:
 
 
 def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Empirical], fitted: Fitted) -> list[TermCurve]:
-    """Return the curves of fitted terms.
-
-    Parameters
-    ----------
-    bins : Bins
-    weigh : callable
-        As for the fit.
-    effects : sequence of Effect
-    fitted : Fitted
-    """
+    """Return the curves of fitted terms; `weigh` is that of the fit."""
 
     def in_bins(shapes: Shapes) -> FloatArray:
         return np.column_stack([bins.evaluate(e, s) for e, s in zip(effects, shapes, strict=True)])

@@ -50,16 +50,9 @@ class Tried:
 
 
 class Scan:
-    """Terms beside a model and beside what was chosen for each group of tests.
+    """Terms beside a model and beside what was chosen for each group of tests, equally many for each.
 
-    Parameters
-    ----------
-    bins : Bins
-    whiten : Whitener
-    chosen : sequence of sequence of Column
-        For each group, equally many.
-    fits : sequence of Fit
-        The first ones are those to all tests of each group, in their order.
+    The first fits are those to all tests of each group, in their order.
     """
 
     def __init__(

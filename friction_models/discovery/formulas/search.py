@@ -50,12 +50,7 @@ class Missing:
 
 
 def offers(missing: Missing) -> list[FormulaOffer]:
-    """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first.
-
-    Parameters
-    ----------
-    missing : Missing
-    """
+    """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first."""
     if len(missing.before) < LEAST_TESTS:
         return []
     campaign = missing.campaign
@@ -98,14 +93,7 @@ def _offer(
 ) -> FormulaOffer:
     """Return terms with what they take from the error of unseen tests.
 
-    Parameters
-    ----------
-    missing : Missing
-    bins : Bins
-    columns : sequence of Column
-    squares : ndarray, shape (tests,)
-        Mean squared error of each test by terms that were chosen without it.
-    stability : float
+    `squares`, shape (tests,), are mean squared errors of each test by terms that were chosen without it.
     """
     effects = [empirical_effect(str(c.term))() for c in columns]
     start = [

@@ -92,15 +92,7 @@ def select(
 ) -> Selection:
     """Add terms one after the other while unseen tests are predicted better.
 
-    Parameters
-    ----------
-    bins : Bins
-    whiten : Whitener
-    fold : ndarray of int, shape (tests,)
-        Of each test.
-    terms : sequence of Term
-    seed : int
-        Of the resamples.
+    `fold`, shape (tests,), is that of each test, `seed` that of the resamples.
     """
     tests = len(fold)
     draws = np.random.default_rng([seed, 7]).integers(tests, size=(RESAMPLES, tests))

@@ -53,19 +53,8 @@ class _Possible:
 class Hypotheses:
     """Effects that may be true, and "none of the catalogue" as the last one.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-    mu : ndarray, shape (n,)
-        Friction of the base at every point, for effects that need one.
-    base : BaseLaw
-    fits : sequence of Fit
-        The effects.
-    prior : ndarray, shape (len(fits) + 1,)
-        Probability of each, that of none last.
-    tests : sequence of PlannedTest
-        All tests that may be asked for.
+    `mu`, shape (n,), is the friction of the base at every point, for effects that need one; `prior`, shape (len(fits) + 1,),
+    the probability of each effect, that of none last; `tests` are all that may be asked for.
     """
 
     def __init__(
@@ -194,11 +183,7 @@ class Hypotheses:
     def predict(self, tests: Sequence[PlannedTest], noise: float = 1.0) -> Outcomes:
         """Return what each hypothesis predicts of some tests, run once each.
 
-        Parameters
-        ----------
-        tests : sequence of PlannedTest
-        noise : float
-            Factor on the variance of offset, drift and sensor: 1/n for the mean of n repeats.
+        `noise` is a factor on the variance of offset, drift and sensor: 1/n for the mean of n repeats.
         """
         fits = [*self.fits, None]
         owner, share, means, covariances = [], [], [], []

@@ -71,28 +71,12 @@ def propose(
     base: BaseLaw,
     doubt: float = 0.1,
 ) -> tuple[list[NextTest], list[str]]:
-    """Return the tests that are expected to reduce the entropy of the answer most per test.
+    """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-        The scan that gave the rivals.
-    rivals : list of Fit
-        What the data do not tell apart, the winner first.
-    mu : ndarray, shape (n,)
-        Friction of the base, for effects that need one.
-    base : BaseLaw
-        What else is refitted.
-    doubt : float
-        Probability that none of the catalogue is the answer.
-
-    Returns
-    -------
-    proposals : list of NextTest
-        The most bits per test first; of each protocol the best settings.
-    remarks : list of str
-        One for each rival that no proposal separates, and what to do where loads cannot tell.
+    `rivals` are what the data do not tell apart by the scan `found`, the winner first; `mu`, shape (n,), is the friction of the
+    base, for effects that need one; `doubt` is the probability that none of the catalogue is the answer. Of each protocol the
+    best settings are proposed. There is a remark for each rival that no proposal separates, and on what to do where loads
+    cannot tell.
     """
     fits, weight = _weighed(campaign, found, rivals)
     if len(fits) < 2:

@@ -64,15 +64,7 @@ Further = Callable[[Sequence[Fit]], list[Fit]]
 
 
 class Confirm:
-    """The judge of one diagnosis.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    unseen : UnseenTests
-    found : SearchRound
-        Gives the noise by which bins are weighed.
-    """
+    """The judge of one diagnosis; the search gives the noise by which bins are weighed."""
 
     def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
         self.campaign, self.unseen, self.found = campaign, unseen, found
@@ -84,17 +76,8 @@ class Confirm:
     ) -> Confirmation:
         """Return a verdict whose names lower the error on unseen tests.
 
-        Parameters
-        ----------
-        verdict : str
-            By the scan.
-        chosen : list of Fit
-            What it names, or would name if no structure were left.
-        named : str
-            The verdict if no structure were left.
-        bent : bool
-            Whether what is missing has another form than the first of them.
-        further : callable
+        `verdict` is that of the scan, and `chosen` what it names, or would name if no structure were left; `named` is the
+        verdict in that case. The first name is `bent` where what is missing has another form.
         """
         if not self.unseen.possible:
             return Confirmation(verdict, chosen if verdict in NAMED else [], None, 0.0, [])

@@ -90,15 +90,7 @@ def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> boo
 
 
 def error_shares(base: ErrorsByTest, named: ErrorsByTest, known: Sequence[ErrorsByTest]) -> ErrorShares:
-    """Return the error budget of a model with effects.
-
-    Parameters
-    ----------
-    base, named : ErrorsByTest
-        Of the model as it is, and with the effects that are named.
-    known : sequence of ErrorsByTest
-        Errors of other predictions of the same tests.
-    """
+    """Return the error budget of a model as it is, and with the effects that are named, beside other predictions of the same tests."""
     tests = len(named.total)
     best, certainty, beyond = np.zeros(tests), 0.0, 0.0
     for part in ("between", "within"):

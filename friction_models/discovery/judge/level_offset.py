@@ -60,11 +60,7 @@ class LevelOffset:
 def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     """Return the level beside a fixed model, with the effects found and their amplitudes fitted at the same time.
 
-    Parameters
-    ----------
-    found : SearchRound
-        Its first column of the base is the constant.
-    chosen : sequence of Fit
+    The first column of the base is the constant.
     """
     if not found.floor.known:
         return LevelOffset(floor=found.floor.total)

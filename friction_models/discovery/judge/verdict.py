@@ -75,13 +75,7 @@ class Evidence:
 
 
 def decide(evidence: Evidence, kinds: Mapping[str, str]) -> str:
-    """Return the verdict.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    kinds : dict
-        Kind of each effect (`physics`, `system`, `fault`).
+    """Return the verdict; `kinds` holds the kind of each effect (`physics`, `system`, `fault`).
 
     Examples
     --------

@@ -119,11 +119,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     """Check, sort and bin a table of points.
 
     Loads that the table lacks are filled with a constant and reported; a table without `test_id` is one test.
-
-    Raises
-    ------
-    InputError
-        No points, no `mu`, or values outside the physical limits.
+    Raises InputError: no points, no `mu`, or values outside the physical limits.
     """
     warnings: list[str] = []
     if not isinstance(data, pd.DataFrame) or not (tests is None or isinstance(tests, pd.DataFrame)):
@@ -166,14 +162,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
 
 
 def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] | None) -> Campaign:
-    """Bin points whose tests are consecutive; without `groups` every point is a bin of its own.
-
-    Parameters
-    ----------
-    loads : TriboLoads
-    mu : ndarray, shape (n,)
-    groups : ndarray of str, shape (n,), or None
-    """
+    """Bin points whose tests, named by `groups`, are consecutive; without `groups` every point is a bin of its own."""
     n = len(mu)
     if groups is None:
         index = np.arange(n)

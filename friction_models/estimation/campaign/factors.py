@@ -24,15 +24,9 @@ SAME = 0.95
 def factors_of(campaign: Campaign, effects: Iterable[Effect]) -> tuple[list[Effect], list[str]]:
     """Return a factor for each further column of the test table, and a remark on columns that cannot be judged.
 
-    Left out are set points, columns of the effects given, columns that are constant, that follow a load, tell the value
-    of a column of these effects or of an earlier factor, and texts that differ in nearly every test. The order of the
+    Left out are set points, columns of the effects of the catalogue, columns that are constant, that follow a load, tell the
+    value of a column of these effects or of an earlier factor, and texts that differ in nearly every test. The order of the
     columns does not matter.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    effects : iterable of Effect
-        The catalogue.
     """
     used = {m for e in effects for m in e.metadata}
     others = used | {*NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}

@@ -89,14 +89,7 @@ def recorded(loads: TriboLoads, name: str) -> str:
 
 
 def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
-    """Fill metadata that a few tests lack with its usual value, as `diagnose` does.
-
-    Parameters
-    ----------
-    loads : TriboLoads
-    names : sequence of str
-        Columns of the table of tests.
-    """
+    """Fill columns of the table of tests that a few tests lack with their usual value, as `diagnose` does."""
     table = loads.context
     if table is None or loads.test_id is None or table.index.name != "test_id":
         return loads
@@ -148,11 +141,7 @@ def is_text(loads: TriboLoads, name: str) -> bool:
 def metadata_spans(loads: TriboLoads, system: Mapping[str, FloatArray]) -> dict[str, tuple[float, ...]]:
     """Return the levels of texts (``levels:NAME``) and the range of numbers (``numbers:NAME``), for `factor` effects.
 
-    Parameters
-    ----------
-    loads : TriboLoads
-    system : mapping
-        Metadata as columns of numbers [n, 1].
+    `system` holds metadata as columns of numbers [n, 1].
     """
     spans: dict[str, tuple[float, ...]] = {}
     for name, column in system.items():

@@ -31,10 +31,6 @@ def without_own_heat(campaign: Campaign) -> Campaign:
 
     The heating in each bin is scaled to what loads and distance let expect. Where the temperature was not measured, does not
     follow from them, or tests are too few, the campaign is returned as it is.
-
-    Parameters
-    ----------
-    campaign : Campaign
     """
     found = _usual_heating(campaign)
     if found is None:

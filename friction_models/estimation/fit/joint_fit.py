@@ -58,21 +58,11 @@ def fit_jointly(
     system: Mapping[str, FloatArray],
     weights: FloatArray | None = None,
 ) -> JointFit:
-    """Fit a base and effects to measured friction.
+    """Fit a base, unfitted as yet, and effects to measured friction, shape (n,).
 
-    Parameters
-    ----------
-    base : FrictionModel
-        Unfitted.
-    effects : sequence of Effect
-    loads : TriboLoads
-    mu : ndarray, shape (n,)
-    groups : ndarray or None
-        Test of each point; without it every point counts alike (ordinary least squares).
-    system : mapping
-        Metadata columns [n, 1] that the effects need.
-    weights : ndarray, shape (n,), optional
-        Of the points, mean 1: the covariance of a bin is that of the noise floor, divided by its mean weight.
+    `groups` holds the test of each point; without it every point counts alike (ordinary least squares). `system` holds the
+    metadata columns [n, 1] that the effects need. With `weights` of the points, shape (n,), mean 1, the covariance of a bin is
+    that of the noise floor, divided by its mean weight.
     """
     campaign = campaign_of(loads, mu, groups)
     campaign.system = dict(system)

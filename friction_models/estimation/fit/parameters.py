@@ -67,12 +67,6 @@ def fit_terms(campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> Fitted
 
     The intervals follow from the linearised fit, with the scatter of the tests' own scores as the unit (cluster-robust
     covariance; Liang, Zeger, Biometrika 73 (1986)), and are not narrower than those of independent white residuals.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    law : BaseLaw
-    effects : list of Effect
     """
     if not effects:
         return FittedTerms([], np.empty(0), [])

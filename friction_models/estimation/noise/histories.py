@@ -21,14 +21,11 @@ RETURNING = ("v_rel", "T", "sigma_n")
 
 
 def histories(campaign: Campaign) -> dict[str, FloatArray]:
-    """Return quantities along which friction may change by memory, on the scales of their curves.
+    """Return quantities along which friction may change by memory, on the scales of their curves, shape (m,) each.
 
-    Returns
-    -------
-    dict of str to ndarray, shape (m,)
-        ``time`` since the start of the test, ``load path`` (pressure times distance, which grows like friction work), and the
-        highest value so far of each load that falls again. Without those that put the averages in the same order as a
-        load or the distance does: a curve along that one follows them already.
+    ``time`` since the start of the test, ``load path`` (pressure times distance, which grows like friction work), and the
+    highest value so far of each load that falls again. Without those that put the averages in the same order as a load or the
+    distance does: a curve along that one follows them already.
     """
     if len(campaign.starts) == len(campaign.tests):
         return {}  # averages of whole tests have no history

@@ -166,18 +166,9 @@ class Whitener:
 def estimate(
     campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray, start: NoiseFloor | None = None
 ) -> NoiseFloor:
-    """Estimate the noise floor by REML around a mean in the span of `mean`.
+    """Estimate the noise floor by REML around a mean in the span of the columns `mean`, shape (m, p).
 
-    Parameters
-    ----------
-    campaign : Campaign
-    layout : Layout
-    y : ndarray, shape (m,)
-        Bin means of mu (or of a residual).
-    mean : ndarray, shape (m, p)
-        Columns that the mean may use.
-    start : NoiseFloor, optional
-        An earlier estimate to start from.
+    `y`, shape (m,), are bin means of mu, or of a residual; an earlier estimate may be the `start`.
     """
     if len(campaign.tests) > MOST_TESTS:
         some = np.unique(np.linspace(0, len(campaign.tests) - 1, MOST_TESTS).astype(int))

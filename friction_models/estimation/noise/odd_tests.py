@@ -23,15 +23,8 @@ LEAST_TESTS = 12
 def odd_tests(campaign: Campaign, columns: FloatArray, floor: NoiseFloor | None) -> list[str]:
     """Return the names of tests whose level no smooth dependence on loads and metadata explains.
 
-    A test is not odd where the others at its setting lie off as well: so are the law, or the scatter, there.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    columns : ndarray, shape (m, p)
-        Base in the bins.
-    floor : NoiseFloor or None
-        Estimated here where it is not known yet.
+    A test is not odd where the others at its setting lie off as well: so are the law, or the scatter, there. `columns`, shape
+    (m, p), are the base in the bins; a floor that is not known yet is estimated here.
     """
     tests = len(campaign.tests)
     if tests < LEAST_TESTS:

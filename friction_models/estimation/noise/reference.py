@@ -63,14 +63,9 @@ class Reference:
     ) -> FloatArray:
         """Return what the tests of the other folds say of mu in each bin, shape (m,).
 
-        Parameters
-        ----------
-        terms : ndarray, shape (m, p)
-            Columns with free coefficients beside the curves: base and effects.
-        fold_of_test : ndarray of int, shape (tests,)
-        anew : bool
-            Whether the prior variances of each fold come from the other folds, too. It takes as many times longer as there are
-            folds; from all tests they know a little of those that are predicted.
+        `terms`, shape (m, p), are columns with free coefficients beside the curves: base and effects. With `anew` the prior
+        variances of each fold come from the other folds, too: it takes as many times longer as there are folds, but from all
+        tests they know a little of those that are predicted.
         """
         fold = fold_of_test[self.campaign.test]
         predicted, folds = np.empty(len(self.y)), np.unique(fold)

@@ -58,18 +58,9 @@ class Repeats:
 def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repeats | None:
     """Return the scatter of repeats, or None where too few tests repeat others.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    residual : ndarray, shape (m,)
-        What a model leaves of mu in the bins: small differences of the loads between repeats are taken out by it.
-    seed : int
-        Of the draws for the p-value.
-
-    Notes
-    -----
-    The p-value compares the spread of the means of the settings with that of tests dealt at random to settings of the same
-    sizes (permutation test for lack of fit).
+    `residual`, shape (m,), is what a model leaves of mu in the bins: small differences of the loads between repeats are taken
+    out by it. The p-value compares the spread of the means of the settings with that of tests dealt at random to settings of
+    the same sizes (permutation test for lack of fit).
     """
     groups = same_settings(campaign)
     freedom = sum(len(g) - 1 for g in groups)

@@ -38,19 +38,10 @@ def polynomial_columns(campaign: Campaign, degree: int) -> FloatArray:
 def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
     """Return what a model leaves to fit.
 
-    Parameters
-    ----------
-    model : FrictionModel or object with ``predict(array[n, 5])``
-        A model, fitted or not, says itself what may change; anything else that predicts is a fixed base. Where it has
-        ``predict_frame`` (a friction FMU, an ONNX model), that is asked, so that memory and system variables act.
-    campaign : Campaign
-    seed : int
-        Folds of a flexible base.
-
-    Raises
-    ------
-    InputError
-        An object that cannot predict.
+    A `FrictionModel`, fitted or not, says itself what may change; anything else that predicts, by ``predict(array[n, 5])``, is
+    a fixed base. Where it has ``predict_frame`` (a friction FMU, an ONNX model), that is asked, so that memory and system
+    variables act. `seed` is that of the folds of a flexible base.
+    Raises InputError: an object that cannot predict.
     """
     if isinstance(model, FrictionModel):
         points = tangent.MeasuredPoints(

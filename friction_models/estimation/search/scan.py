@@ -105,18 +105,9 @@ def prepare_candidate(candidate: Candidate, whiten: object, project: Projector) 
 
 
 def drops(prepared: Prepared, scores: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the drop of the sum of squares and the amplitudes that reach it, signs respected.
+    """Return the drop of the sum of squares, shape (g, ...), and the amplitudes that reach it, shape (g, amplitudes, ...), signs respected.
 
-    Parameters
-    ----------
-    prepared : Prepared
-    scores : ndarray, shape (g, amplitudes, ...)
-        Inner products of the columns with the data (or with many simulated data).
-
-    Returns
-    -------
-    drop : ndarray, shape (g, ...)
-    amplitudes : ndarray, shape (g, amplitudes, ...)
+    `scores`, shape (g, amplitudes, ...), are inner products of the columns with the data (or with many simulated data).
     """
     extra = (1,) * (scores.ndim - 2)
     signs, amplitudes = prepared.signs, np.zeros_like(scores)

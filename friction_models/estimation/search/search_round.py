@@ -137,12 +137,8 @@ def _log_speed(campaign: Campaign) -> FloatArray:
 def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
     """Take the weight from bins that lie far off the other bins of their test (two passes).
 
-    If more than one bin in fifty lies far off, all keep their weight: so many show structure, not outliers.
-
-    Returns
-    -------
-    NoiseFloor or None
-        A first estimate; None where there are too few bins to judge.
+    If more than one bin in fifty lies far off, all keep their weight: so many show structure, not outliers. Returns a first
+    estimate of the noise floor; None where there are too few bins to judge.
     """
     y = campaign.average(campaign.mu - base.offset)
     mean = independent_columns(flexible_mean(campaign, base.columns))
@@ -179,18 +175,9 @@ def search(
 ) -> SearchRound:
     """Scan all candidates beyond the base and further terms.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    base : BaseLaw
-    terms : ndarray, shape (m, k), or None
-        Further columns in the bins that belong to the base by now (effects found, freed drivers).
-    candidates : list of Candidate
-    seed : int
-    start : NoiseFloor, optional
-        An earlier estimate of the floor, to start from.
-    also_in_mean : ndarray, shape (m, k), optional
-        Columns that only the estimation of the floor uses (the winner of an earlier round).
+    `terms`, shape (m, k), are further columns in the bins that belong to the base by now (effects found, freed drivers);
+    `start` is an earlier estimate of the floor. Columns `also_in_mean`, shape (m, k), serve the estimation of the floor alone
+    (the winner of an earlier round).
     """
     layout = Layout.of(campaign)
     y = campaign.average(campaign.mu - base.offset)

@@ -79,18 +79,10 @@ def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
 class Significance:
     """Family-wise p-values of gains, from what every candidate gains in noise alone.
 
-    Few tests tell little about the scatter between tests, and much about noise along them. Effects that show mostly along the tests
-    are a family of their own then, so that the one does not drown in the other; each family has half of the level.
+    Few tests tell little about the scatter between tests, and much about noise along them. Effects that show mostly along the
+    tests are a family of their own then, so that the one does not drown in the other; each family has half of the level.
 
-    Parameters
-    ----------
-    candidates : list of Prepared
-    simulated : dict
-        What each sees of noise.
-    level : ndarray, shape (m,)
-        Whitened ones.
-    test : ndarray of int, shape (m,)
-        Number of the test of each bin, or of its setting.
+    `level`, shape (m,), are whitened ones; `test`, shape (m,), numbers the test of each bin, or its setting.
     """
 
     def __init__(

@@ -63,13 +63,7 @@ class Misfit:
 def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:
     """Test whether curves along the loads of an effect fit the residual better than noise does.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-    fit : Fit
-    signal : ndarray, shape (m, k)
-        Whitened columns of all effects found.
+    `signal`, shape (m, k), are whitened columns of all effects found.
     """
     columns = spline_columns(campaign, fit.prepared.candidate.effect.driver)
     project = Projector(np.column_stack([found.whiten(found.columns), signal]))
@@ -81,16 +75,7 @@ def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatAr
 
 
 def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
-    """Look for structure beyond the base and the whitened contribution `signal` of the winner.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-    signal : ndarray, shape (m, k)
-        Whitened columns of the effects found; k may be 0.
-    seed : int
-    """
+    """Look for structure beyond the base and the whitened columns `signal` of the effects found, shape (m, k); k may be 0."""
     names = [n for n in LOAD_NAMES if campaign.varies(n)]
     curves = {n: curve(transformed(campaign, n), 3) for n in names}
     blocks: dict[tuple[str, ...], FloatArray] = {(n,): curves[n] for n in names}
@@ -144,17 +129,9 @@ def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatA
 def places_of(
     campaign: Campaign, difference: FloatArray, metadata: Sequence[str] = (), most: int = 2
 ) -> list[StructurePlace]:
-    """Return along which loads and metadata a difference of two predictions runs, the strongest first.
+    """Return along which loads and metadata a difference of two predictions in the bins, shape (m,), runs, the strongest first.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    difference : ndarray, shape (m,)
-        In the bins.
-    metadata : sequence of str
-        Columns of the test table that count, too.
-    most : int
-        Places to return.
+    `metadata` are columns of the test table that count, too; at `most` so many places are returned.
     """
     names = [n for n in LOAD_NAMES if campaign.varies(n)]
     own = {n: _metadata_curve(campaign, n) for n in metadata}

@@ -24,17 +24,8 @@ def shown_by_parts(
 ) -> frozenset[str]:
     """Return the effects that show nothing beyond a sum of curves along each of their loads.
 
-    Only effects with several amplitudes are asked: the others are simpler than any sum.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    ranking : sequence of Fit
-    residual : ndarray, shape (m,)
-        Whitened, without the base.
-    whiten : Whitener
-    project : Projector
-        Removes the base.
+    Only effects with several amplitudes are asked: the others are simpler than any sum. `residual`, shape (m,), is whitened,
+    without the base, which `project` removes.
     """
     asked = [f for f in ranking if len(f.amplitudes) > 1 and f.gain > 0.0]
     return frozenset(

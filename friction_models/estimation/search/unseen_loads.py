@@ -74,15 +74,7 @@ def varied_first(campaign: Campaign, ranking: list[Fit]) -> list[Fit]:
 
 
 def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[float, list[str]]:
-    """Return the largest confidence that the recorded loads allow for a verdict, and the reasons.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    verdict : str
-    chosen : sequence of Fit
-        The effects that it names.
-    """
+    """Return the largest confidence that the recorded loads allow for a verdict that names the `chosen` effects, and the reasons."""
     if verdict == "out_of_domain":
         return 1.0, []
     notes = []
