@@ -73,8 +73,7 @@ def _confidence(
         nothing and factor is not None,  # what sets the two groups apart is missing
         nothing and confirmed.lacks_fit,
         judged.knows_noise,
-        verdict in NAMED
-        and any(one_load(campaign, f.prepared.candidate.effect.driver) for f in judged.chosen),
+        verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in judged.chosen),
     ]
     return min(sure, EITHER) if any(unsure) else sure
 
@@ -95,7 +94,7 @@ def assemble(
     """Return the diagnosis; `whole` holds the points as measured, and the base there."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
     named = verdict in NAMED and bool(chosen)
-    fitted = fit_terms(*whole, [f.prepared.candidate.effect for f in chosen] if named else [])
+    fitted = fit_terms(*whole, [f.effect for f in chosen] if named else [])
     names, confusion = [term.name for term in fitted.terms], _confusion(judged)
     # a linear shift of the model, fitted beside it, contains its level
     level = (
@@ -253,7 +252,7 @@ def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
         return judged.confirmed.where
     winner, excess = evidence.winner, evidence.misfit.excess
     region = {}
-    for name in winner.prepared.candidate.effect.driver:
+    for name in winner.effect.driver:
         if name in LOAD_NAMES and campaign.varies(name):
             values = getattr(campaign.loads, name)
             region[name] = [float(values.min()), float(values.max())]

@@ -31,10 +31,10 @@ from ..estimation.search.between_tests import metadata_that_sets_tests_apart
 from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.search.importance import LEAST_SHARE, error_share, weighted_rms
 from ..estimation.search.scan import Fit
-from ..estimation.search.search_round import SearchRound, distrust_outliers, search, testable
+from ..estimation.search.search_round import SearchRound, distrust_outliers, search
 from ..estimation.search.significance import stays_first
 from ..estimation.search.structure import Misfit, Structure, find_structure, own_misfit
-from ..estimation.search.unseen_loads import AS_GOOD, constant
+from ..estimation.search.unseen_loads import AS_GOOD, constant, testable
 from ..estimation.search.zero_reading import judge_zero
 from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
@@ -241,15 +241,10 @@ def _search_twice(
     winner = found.winner
     if winner is None or found.p_value(winner) >= 0.2:
         return found
-    beside = np.column_stack([apart, _columns(winner)])
+    beside = np.column_stack([apart, winner.columns])
     again = search(campaign, base, None, candidates, seed, found.floor, also_in_mean=beside)
     again.least_p = found.p_value(winner)
     return again
-
-
-def _columns(fit: Fit) -> FloatArray:
-    """Return the basis of a fit in the bins, shape (m, amplitudes)."""
-    return fit.prepared.candidate.columns[:, fit.index]
 
 
 def _share(campaign: Campaign, found: SearchRound, fit: Fit) -> float:
@@ -277,7 +272,7 @@ def _weigh(
         confusion.append(found.ranking[1].name)
     chosen: list[Fit] = [winner]
     while True:
-        signal = np.column_stack([found.whiten(_columns(f)) for f in chosen])
+        signal = np.column_stack([found.whiten(f.columns) for f in chosen])
         structure = find_structure(campaign, found, signal, seed)
         misfit = own_misfit(campaign, found, winner, signal)
         part = _part(structure, found)
@@ -324,12 +319,12 @@ def _further_effects(
 
     Each carries at least `share` of the squared contribution of all, and is significant at `level`.
     """
-    first = tuple(dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in known))
+    first = tuple(dict.fromkeys(f.effect.driver[0] for f in known))
     names = {f.name for f in known}
     others = [c for c in candidates if c.effect.driver[0] not in first and c.effect.name not in names]
     if not others:
         return []
-    freed = np.column_stack([*(_columns(f) for f in known), spline_columns(campaign, first, FREED)])
+    freed = np.column_stack([*(f.columns for f in known), spline_columns(campaign, first, FREED)])
     apart = metadata_that_sets_tests_apart(campaign, base, others)
     again = search(campaign, base, freed, others, seed, found.floor, also_in_mean=apart)
     # the gain counts what varies within tests many times over: the sizes are compared in mu
@@ -337,7 +332,7 @@ def _further_effects(
     kept = []
     for more in again.ranking:
         # curves along its loads show as much, or a load that it needs stays the same: the plan does not excite what it is about
-        if more.name in again.by_parts or constant(more.prepared.candidate.effect, campaign):
+        if more.name in again.by_parts or constant(more.effect, campaign):
             continue
         own = weighted_rms(again.change(more), campaign.count) ** 2
         large = own > share * (size + own) and _share(campaign, again, more) > LEAST_SHARE

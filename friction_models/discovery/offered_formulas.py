@@ -18,12 +18,10 @@ def formulas_for(verdict: str, campaign: Campaign, judged: Judged, seed: int) ->
     shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
     if verdict not in UNEXPLAINED or shares is None or unseen is None:
         return []
-    named = [f.prepared.candidate for f in judged.chosen]
-    known = [c.columns[:, f.index] for c, f in zip(named, judged.chosen, strict=True)]
-    before = unseen.errors([c.effect for c in named]).total
+    before = unseen.errors([f.effect for f in judged.chosen]).total
     missing = Missing(
         campaign=campaign,
-        columns=np.column_stack([found.columns, *known]),
+        columns=np.column_stack([found.columns, *(f.columns for f in judged.chosen)]),
         y=found.y,
         whiten=found.whiten,
         fold_of_test=unseen.fold_of_test,

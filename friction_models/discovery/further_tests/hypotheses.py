@@ -176,7 +176,7 @@ class Hypotheses:
         """Return the loads along which the form of an effect may deviate."""
         if fit is None:
             return self._varied
-        return [d for d in fit.prepared.candidate.effect.driver if d in self._varied]
+        return [d for d in fit.effect.driver if d in self._varied]
 
     # --- what further tests would show ------------------------------------------------------------
 

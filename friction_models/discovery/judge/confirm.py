@@ -125,7 +125,7 @@ class Confirm:
         if len(grown) > 1 and self._explain(grown):
             return grown
         # effects with memory take long to fit, and hold simpler ones
-        plain = [f for f in self.found.ranking if not f.prepared.candidate.effect.needs_state]
+        plain = [f for f in self.found.ranking if not f.effect.needs_state]
         best = max(plain, key=lambda f: f.gain, default=first)
         if best.name == first.name or not self._helps([], best):
             return []
@@ -136,7 +136,7 @@ class Confirm:
         if verdict in NAMED and kept:
             if shares.left > NOT_THE_ANSWER:
                 return "unknown_structure"
-            physical = any(f.prepared.candidate.effect.kind != "fault" for f in kept)
+            physical = any(f.effect.kind != "fault" for f in kept)
             return "partly_explained" if shares.left > EXPLAINED and physical else verdict
         if verdict in NAMED or verdict == "nothing_missing":
             return "unknown_structure" if _alone(shares) and _alone(self._divided()) else "nothing_missing"
@@ -206,23 +206,19 @@ class Confirm:
     def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
         """Return whether a further effect helps for certain; one of a load of those named may only mend their form."""
         before, after = (self.unseen.errors(_effects(fits)) for fits in (kept, [*kept, fit]))
-        if fit.prepared.candidate.effect.driver[0] in {
-            d for f in kept for d in f.prepared.candidate.effect.driver
-        }:
+        if fit.effect.driver[0] in {d for f in kept for d in f.effect.driver}:
             return _falls(before, after, CERTAIN)
         return helps(before, after, CERTAIN)
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
         first, *others = kept
-        load = first.prepared.candidate.effect.driver[0]
+        load = first.effect.driver[0]
         taken = {f.name for f in kept}
         rivals = [
             f
             for f in self.found.ranking[: 2 * RIVALS]
-            if f.name not in taken
-            and f.gain > AS_GOOD * first.gain
-            and f.prepared.candidate.effect.driver[0] == load
+            if f.name not in taken and f.gain > AS_GOOD * first.gain and f.effect.driver[0] == load
         ]
         return next(([f, *others] for f in rivals if self._prefer(kept, [f, *others])), kept)
 
@@ -359,4 +355,4 @@ def _prefers(before: ErrorsByTest, after: ErrorsByTest) -> bool:
 
 
 def _effects(fits: Sequence[Fit]) -> list[Effect]:
-    return [f.prepared.candidate.effect for f in fits]
+    return [f.effect for f in fits]

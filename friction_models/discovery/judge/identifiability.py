@@ -60,7 +60,7 @@ def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
         )
     winner = evidence.winner
     if winner is not None and evidence.present:
-        notes += _tied_loads(campaign, winner.prepared.candidate.effect.driver)
+        notes += _tied_loads(campaign, winner.effect.driver)
         whole = evidence.found.whiten(winner.binned - winner.binned.mean())
         share = float(winner.signal @ winner.signal) / max(float(whole @ whole), 1e-300)
         if share < WEAK:

@@ -54,7 +54,7 @@ class Evidence:
         winner, excess = self.winner, self.misfit.excess
         if winner is None or not self.present or self.misfit.p_value >= 0.001 or excess <= SEEN:
             return False
-        memory = winner.prepared.candidate.effect.needs_state
+        memory = winner.effect.needs_state
         return excess / (winner.gain + excess) > (BENT_MEMORY if memory else BENT)
 
     @property
@@ -62,7 +62,7 @@ class Evidence:
         """Whether structure is left that matters."""
         winner = self.winner
         named = winner is not None and self.present
-        memory = winner is not None and winner.prepared.candidate.effect.needs_state
+        memory = winner is not None and winner.effect.needs_state
         if self.bent:
             return True
         matters = min(LEAST_SHARE, BESIDE * self.share) if named else LEAST_SHARE

@@ -46,7 +46,7 @@ class FormErrors:
 
     def _basis(self, fit: Fit) -> FloatArray:
         """Return orthonormal deviations: curves along each load of the effect and of the effect's own value."""
-        drivers = fit.prepared.candidate.effect.driver
+        drivers = fit.effect.driver
         loads = [d for d in drivers if d in LOAD_NAMES and self.campaign.varies(d)]
         blocks = [self._curve(n) for n in loads]
         if len(loads) > 1:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...effects.base import Effect
 from ...loads import FloatArray
 from .candidates import Candidate
 
@@ -53,9 +54,19 @@ class Fit:
     evidence: float  #: The gain where the form of the effect may be somewhat wrong.
 
     @property
+    def effect(self) -> Effect:
+        """The effect."""
+        return self.prepared.candidate.effect
+
+    @property
     def name(self) -> str:
         """Name of the effect."""
-        return self.prepared.name
+        return self.effect.name
+
+    @property
+    def columns(self) -> FloatArray:
+        """Basis in the bins, shape (m, amplitudes)."""
+        return self.prepared.candidate.columns[:, self.index]
 
     @property
     def signal(self) -> FloatArray:
@@ -65,7 +76,7 @@ class Fit:
     @property
     def binned(self) -> FloatArray:
         """Contribution to mu in the bins, shape (m,)."""
-        return self.prepared.candidate.columns[:, self.index] @ self.amplitudes
+        return self.columns @ self.amplitudes
 
     @property
     def shape(self) -> dict[str, float]:

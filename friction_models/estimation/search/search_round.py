@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects.base import Effect
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import on_scale
-from ..campaign.metadata import recorded
 from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
 from .base_law import BaseLaw, polynomial_columns
 from .candidates import Candidate
@@ -236,8 +234,7 @@ def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
     """
 
     def plainness(fit: Fit) -> tuple[bool, int, int]:
-        effect = fit.prepared.candidate.effect
-        return effect.kind == "fault", effect.degrees_of_freedom, listed.index(fit.name)
+        return fit.effect.kind == "fault", fit.effect.degrees_of_freedom, listed.index(fit.name)
 
     ordered, rest = list[Fit](), list(ranking)
     while rest:
@@ -254,13 +251,12 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
 
     An evidence within `SAME` of the first one may be a matter of formulas.
     """
-    if not ranking or not ranking[0].prepared.candidate.effect.needs_state:
+    if not ranking or not ranking[0].effect.needs_state:
         return ranking
     for fit in ranking[1:]:
         if fit.evidence < (1.0 - SAME) * ranking[0].evidence:
             break
-        effect = fit.prepared.candidate.effect
-        if not effect.needs_state and set(effect.driver) <= set(ranking[0].prepared.candidate.effect.driver):
+        if not fit.effect.needs_state and set(fit.effect.driver) <= set(ranking[0].effect.driver):
             return [fit, *(f for f in ranking if f is not fit)]
     return ranking
 
@@ -278,44 +274,3 @@ def _freedom(campaign: Campaign, mean: FloatArray) -> Freedom:
     bent = independent_columns(inside, DIFFERS).shape[1] if inside.shape[1] else 0
     along = int(np.minimum(np.bincount(campaign.test) - 1, SLOW).sum()) - bent
     return Freedom(float(max(between, 2)), float(max(along, 2)))
-
-
-def testable(
-    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...] = ()
-) -> tuple[list[Effect], list[str]]:
-    """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
-    usable, notes = [], []
-    for effect in effects:
-        absent = [m for m in effect.metadata if m not in campaign.system]
-        if effect.name in taken:
-            continue
-        if effect.driver[0] in campaign.absent:
-            continue  # a warning about the missing load is given already
-        without = effect.lacking(campaign.absent)
-        if without:
-            notes.append(
-                f"{effect.name} was not tested: it needs {' and '.join(without)}, which the data lack"
-            )
-            continue
-        if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
-            notes.append(f"{effect.name} was not tested: memory needs the time t or the distance sd")
-            continue
-        averaged = campaign.count.size == len(campaign.tests)
-        if averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
-            notes.append(
-                f"{effect.name} was not tested: it shows along a test, and there is one point a test"
-            )
-            continue
-        if effect.needs_state and averaged:
-            notes.append(f"{effect.name} was not tested: memory needs more than one point a test")
-            continue
-        if absent:
-            notes.append(
-                f"{effect.name} was not tested: {'; '.join(recorded(campaign.loads, m) for m in absent)}"
-            )
-        else:
-            usable.append(effect)
-            notes += [
-                f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))
-            ]
-    return usable, notes

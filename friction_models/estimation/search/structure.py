@@ -65,7 +65,7 @@ def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatAr
 
     `signal`, shape (m, k), are whitened columns of all effects found.
     """
-    columns = spline_columns(campaign, fit.prepared.candidate.effect.driver)
+    columns = spline_columns(campaign, fit.effect.driver)
     project = Projector(np.column_stack([found.whiten(found.columns), signal]))
     q = Projector(project(found.whiten(columns))).q if columns.shape[1] else columns
     if not q.shape[1]:

@@ -50,14 +50,14 @@ def is_part(fit: Fit, whole: Fit) -> bool:
 
 
 def _drivers(fit: Fit) -> frozenset[str]:
-    return frozenset(fit.prepared.candidate.effect.driver)
+    return frozenset(fit.effect.driver)
 
 
 def _own_gain(
     campaign: Campaign, fit: Fit, residual: FloatArray, whiten: Whitener, project: Projector
 ) -> float:
     """Return the gain of an effect, at its best shape, beyond curves along each of its loads."""
-    curves = spline_columns(campaign, fit.prepared.candidate.effect.driver, KNOTS)
+    curves = spline_columns(campaign, fit.effect.driver, KNOTS)
     beyond = Projector(project(whiten(curves)))
     prepared = fit.prepared
     columns = beyond(prepared.columns)

@@ -149,10 +149,9 @@ def judge_zero(
     if reading.present <= DECIDES:
         return candidates, []
     fault.evidence += reading.present**2
-    driver = fault.prepared.candidate.effect.driver
 
     def beaten(fit: Fit) -> bool:
-        same = fit is not fault and fit.prepared.candidate.effect.driver == driver
+        same = fit is not fault and fit.effect.driver == fault.effect.driver
         return same and fit.evidence + DECIDES**2 < fault.evidence
 
     out = [f.name for f in found.ranking if beaten(f) and f.gain > 0.0]
