@@ -180,9 +180,9 @@ def _judge(
     kinds = {c.effect.name: c.effect.kind for c in candidates}
     verdict = decide(evidence, kinds)
     if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
-        return Judged(found, evidence, Confirmation("data_problem", [], None, 0.0, []), list(notes))
-    if verdict == "out_of_domain":
-        return Judged(found, evidence, Confirmation(verdict, [], None, 0.0, []), list(notes))
+        verdict = "data_problem"
+    if campaign.spikes > MOST_SPIKES or verdict == "out_of_domain":
+        return Judged(found, evidence, Confirmation(verdict), notes)
     stages(30, "tests that a fit did not see")
     unseen = UnseenTests(*whole, seed, stages.until(75))
     confirm = Confirm(campaign, unseen, found)
@@ -198,7 +198,7 @@ def _judge(
         return searched[known]
 
     confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent, further)
-    return Judged(found, evidence, confirmed, list(notes), unseen)
+    return Judged(found, evidence, confirmed, notes, unseen)
 
 
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:

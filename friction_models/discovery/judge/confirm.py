@@ -4,34 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
-from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign
-from ...estimation.noise.reference import Reference
-from ...estimation.noise.repeats import Repeats, repeats_of
+from ...estimation.noise.repeats import repeats_of
 from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.structure import StructurePlace, places_of
 from ...estimation.search.unseen_loads import AS_GOOD
-from ...loads import FloatArray
+from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
-from .error_budget import ErrorShares, error_shares, fall, helps
+from .error_budget import ErrorShares, fall, helps
 from .identifiability import RESOLUTION
-from .straight_fits import StraightFits
-from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests, mean_of
+from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
 from .verdict import LEVEL
 
 #: More than this share is left: what is named is not the answer.
 NOT_THE_ANSWER = 0.4
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
-#: Ways to divide the tests over which it must do so on average.
-DIVISIONS = 4
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
 CLEAR = 0.01
 #: What is less clear must take this share of the squared error on unseen tests, or fall along them by so many standard errors:
@@ -69,7 +62,7 @@ class Confirm:
     def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
         self.campaign, self.unseen, self.found = campaign, unseen, found
         self.straight = StraightFits(campaign, unseen, found)
-        self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
+        self.beside = BesideReference(campaign, unseen, found)
 
     def __call__(
         self, verdict: str, chosen: list[Fit], named: str, bent: bool, further: Further
@@ -80,16 +73,16 @@ class Confirm:
         verdict in that case. The first name is `bent` where what is missing has another form.
         """
         if not self.unseen.possible:
-            return Confirmation(verdict, chosen if verdict in NAMED else [], None, 0.0, [])
+            return Confirmation(verdict, chosen if verdict in NAMED else [])
         if self.unseen.errors().rms < RESOLUTION * float(np.mean(np.abs(self.campaign.mu))):
-            return Confirmation("nothing_missing", [], self._shares([]), 0.0, [], within_resolution=True)
+            return Confirmation("nothing_missing", shares=self.beside.shares([]), within_resolution=True)
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it
             kept = self._that_help(chosen) if chosen else []
-            left = self._shares(kept)
+            left = self.beside.shares(kept)
             if not left.missing > 0.0 or (kept and not bent and left.left < EXPLAINED):
                 verdict = named if kept else "nothing_missing"
-            elif not self._shares([]).missing > 0.0:
+            elif not self.beside.shares([]).missing > 0.0:
                 verdict = "nothing_missing"
             elif kept and (several := self._several(kept[0], further)):
                 # one curve of another form has another name; several together may bend where each is right
@@ -99,25 +92,26 @@ class Confirm:
         kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
         if (instead := self._best_led(kept)) is not kept:
             kept = self._grown(instead, len(instead), further)
-        shares = self._shares(kept)
+        shares = self.beside.shares(kept)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
-            kept, shares = [], self._shares([])
+            kept, shares = [], self.beside.shares([])
         rivals_of = self._rivals(kept, shares, further) if kept else {}
         kept = self._largest_first(kept)
         rivals = _told(kept, rivals_of)
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
-        where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
+        where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
         if repeats is not None and repeats.lacks_fit:
-            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=_squares(repeats))
+            low, high = repeats.interval
+            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
             verdict = _beyond_repeats(verdict, shares)
         return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)
 
     def _explain(self, kept: list[Fit]) -> bool:
         """Return whether unseen tests are predicted about as well as they can be."""
-        return self._shares(kept).left < EXPLAINED
+        return self.beside.shares(kept).left < EXPLAINED
 
     def _several(self, first: Fit, further: Further) -> list[Fit]:
         """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
@@ -139,7 +133,9 @@ class Confirm:
             physical = any(f.effect.kind != "fault" for f in kept)
             return "partly_explained" if shares.left > EXPLAINED and physical else verdict
         if verdict in NAMED or verdict == "nothing_missing":
-            return "unknown_structure" if _alone(shares) and _alone(self._divided()) else "nothing_missing"
+            return (
+                "unknown_structure" if _alone(shares) and _alone(self.beside.divided()) else "nothing_missing"
+            )
         return verdict
 
     def _that_help(self, chosen: list[Fit], most: int = MOST_NAMED) -> list[Fit]:
@@ -158,11 +154,11 @@ class Confirm:
         if not kept or self._explain(kept):
             return kept
         first, *others = kept
-        before = self.unseen.errors(_effects(kept))
+        before = self.unseen.errors(effects_of(kept))
         for fit in self.found.ranking[: 2 * RIVALS]:
             if fit.name not in {f.name for f in kept} and fit.gain > AS_GOOD * first.gain:
                 instead = [fit, *others]
-                if _prefers(before, self.unseen.errors(_effects(instead))):
+                if _prefers(before, self.unseen.errors(effects_of(instead))):
                     return instead
         return kept
 
@@ -180,7 +176,7 @@ class Confirm:
     def _grown(self, kept: list[Fit], wanted: int, further: Further, most: int = MOST_NAMED) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
         while kept and len(kept) < most:
-            left = self._shares(kept)
+            left = self.beside.shares(kept)
             if len(kept) >= wanted and not left.missing > 0.0:
                 break
             best = self._best(kept, further(kept)[:TRIED])
@@ -201,11 +197,11 @@ class Confirm:
         """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
         if fall(self.straight.errors(some), self.straight.errors(others))[1] < CERTAIN:
             return False
-        return _prefers(*(self.unseen.errors(_effects(fits)) for fits in (some, others)))
+        return _prefers(*(self.unseen.errors(effects_of(fits)) for fits in (some, others)))
 
     def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
         """Return whether a further effect helps for certain; one of a load of those named may only mend their form."""
-        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept, [*kept, fit]))
+        before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept, [*kept, fit]))
         if fit.effect.driver[0] in {d for f in kept for d in f.effect.driver}:
             return _falls(before, after, CERTAIN)
         return helps(before, after, CERTAIN)
@@ -229,13 +225,13 @@ class Confirm:
         before = self.unseen.errors()
         for fit in self.found.ranking[:2]:
             seen = self.found.own_p_value(fit) < CLEAR
-            if seen and _falls(before, self.unseen.errors(_effects([fit])), CONFIRMED):
+            if seen and _falls(before, self.unseen.errors(effects_of([fit])), CONFIRMED):
                 return fit
         return None
 
     def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
-        before = self.unseen.errors(_effects(kept))
-        after = self.unseen.errors(_effects([*kept, fit]))
+        before = self.unseen.errors(effects_of(kept))
+        after = self.unseen.errors(effects_of([*kept, fit]))
         p = self.found.p_value(fit)
         weak = not kept and p >= CLEAR and fall(before, after)[0] < WEAK_SHARE * before.rms**2
         weak = weak and fall(before, after, "within")[1] < SURE_ALONG
@@ -281,42 +277,8 @@ class Confirm:
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
             return 0.0
-        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept[:-1], kept))
+        before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept))
         return max(fall(before, after)[1], fall(before, after, "within")[1])
-
-    def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
-        beside = [[], kept] if kept else [[]]
-        known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
-        return error_shares(self.unseen.errors(), self.unseen.errors(_effects(kept)), known)
-
-    def _divided(self) -> ErrorShares:
-        """Return the budget where nothing is named, on average over several ways to divide the tests: one alone is partly chance."""
-        terms, unseen = self.found.columns_with([]), self.unseen
-        more = (UnseenTests(unseen.campaign, unseen.base, unseen.seed + k) for k in range(1, DIVISIONS))
-        ways = [unseen, *more]
-        flexible = [
-            self.found.y - self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways
-        ]
-        base = mean_of([way.errors() for way in ways])
-        return error_shares(base, base, [mean_of([errors_of_tests(self.campaign, r) for r in flexible])])
-
-    @cached_property
-    def reference(self) -> Reference:
-        """Flexible prediction of the tests from one another."""
-        return Reference(self.campaign, self.found.floor, self.found.y)
-
-    def _predicted(self, kept: Sequence[Fit]) -> FloatArray:
-        """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
-        key = tuple(sorted((f.name, f.index) for f in kept))
-        if key not in self._flexible:
-            columns = self.found.columns_with(kept)
-            self._flexible[key] = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
-        return self._flexible[key]
-
-    def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
-        """Return where the reference predicts something else than the model with what is named."""
-        model = self.found.y - self.unseen.residual(_effects(kept))
-        return places_of(self.campaign, self._predicted(kept) - model, self.reference.metadata)
 
 
 def _alone(shares: ErrorShares) -> bool:
@@ -337,11 +299,6 @@ def _told(kept: Sequence[Fit], rivals: Mapping[str, Sequence[str]]) -> tuple[str
     return (*rivals.get(first, ()), *(n for name in others if rivals[name] for n in (name, *rivals[name])))
 
 
-def _squares(repeats: Repeats) -> tuple[float, float]:
-    low, high = repeats.interval
-    return low**2, high**2
-
-
 def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
     """Return whether an error falls by `CONFIRMED_SHARE` of it at least, and by `needed` standard errors."""
     gain, certain = fall(before, after)
@@ -352,7 +309,3 @@ def _prefers(before: ErrorsByTest, after: ErrorsByTest) -> bool:
     """Return whether an error falls clearly, and by enough to matter: twins may differ by a hair in every test alike."""
     gain, certain = fall(before, after)
     return certain > CERTAIN and gain > LEAST_SHARE * before.rms**2
-
-
-def _effects(fits: Sequence[Fit]) -> list[Effect]:
-    return [f.effect for f in fits]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ...estimation.noise.repeats import Repeats
 from ...estimation.search.scan import Fit
@@ -22,11 +22,11 @@ class Confirmation:
     """Verdict after the prediction of unseen tests."""
 
     verdict: str
-    chosen: list[Fit]  #: Effects that lower the error on unseen tests.
-    shares: ErrorShares | None  #: None where there are too few tests to leave some out.
+    chosen: list[Fit] = field(default_factory=list)  #: Effects that lower the error on unseen tests.
+    shares: ErrorShares | None = None  #: None where there are too few tests to leave some out.
     #: Standard errors over the tests by which the last name lowers the error; 0 where nothing is named.
-    certain: float
-    where: list[StructurePlace]  #: Where something predictable is left.
+    certain: float = 0.0
+    where: list[StructurePlace] = field(default_factory=list)  #: Where something predictable is left.
     #: Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then further
     #: names, each with what unseen tests cannot tell from it.
     rivals: tuple[str, ...] = ()

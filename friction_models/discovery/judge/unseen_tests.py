@@ -16,6 +16,8 @@ from ...estimation.campaign.metadata import with_all_metadata
 from ...estimation.fit.joint_fit import solve_jointly
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import evaluate_points
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
 from ...families.composed import ComposedFriction
 from ...loads import FloatArray, TriboLoads
 from ...loads.splits import Mask
@@ -214,3 +216,26 @@ def _part(campaign: Campaign, law: BaseLaw, rows: Mask) -> tuple[Campaign, BaseL
     return campaign.part(rows), BaseLaw(
         law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model
     )
+
+
+@dataclass(frozen=True)
+class StraightFits:
+    """Base and effects with the shapes of the scan: only their amplitudes are fitted, which is quick enough to try many."""
+
+    campaign: Campaign
+    unseen: UnseenTests  #: Gives the folds.
+    found: SearchRound  #: Gives the base in the bins.
+
+    def errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors on unseen tests with amplitudes of the other tests."""
+        fold = self.unseen.fold_of_test[self.campaign.test]
+        residual = np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            residual[fold == k] = self.residual(fits, fold != k)[fold == k]
+        return errors_of_tests(self.campaign, residual)
+
+    def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
+        """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
+        y, columns = self.found.y, self.found.columns_with(fits)
+        root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
+        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
