@@ -59,14 +59,12 @@ Further = Callable[[Sequence[Fit]], list[Fit]]
 class Confirm:
     """The judge of one diagnosis; the search gives the noise by which bins are weighed."""
 
-    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
-        self.campaign, self.unseen, self.found = campaign, unseen, found
+    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound, further: Further) -> None:
+        self.campaign, self.unseen, self.found, self.further = campaign, unseen, found, further
         self.straight = StraightFits(campaign, unseen, found)
         self.beside = BesideReference(campaign, unseen, found)
 
-    def __call__(
-        self, verdict: str, chosen: list[Fit], named: str, bent: bool, further: Further
-    ) -> Confirmation:
+    def __call__(self, verdict: str, chosen: list[Fit], named: str, bent: bool) -> Confirmation:
         """Return a verdict whose names lower the error on unseen tests.
 
         `verdict` is that of the scan, and `chosen` what it names, or would name if no structure were left; `named` is the
@@ -84,19 +82,19 @@ class Confirm:
                 verdict = named if kept else "nothing_missing"
             elif not self.beside.shares([]).missing > 0.0:
                 verdict = "nothing_missing"
-            elif kept and (several := self._several(kept[0], further)):
+            elif kept and (several := self._several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = named, several
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
+        kept = self._grown(self._that_help(chosen, 1), len(chosen)) if verdict in NAMED else []
         if (instead := self._best_led(kept)) is not kept:
-            kept = self._grown(instead, len(instead), further)
+            kept = self._grown(instead, len(instead))
         shares = self.beside.shares(kept)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([])
-        rivals_of = self._rivals(kept, shares, further) if kept else {}
+        rivals_of = self._rivals(kept, shares) if kept else {}
         kept = self._largest_first(kept)
         rivals = _told(kept, rivals_of)
         if verdict == "explained" and rivals:
@@ -113,9 +111,9 @@ class Confirm:
         """Return whether unseen tests are predicted about as well as they can be."""
         return self.beside.shares(kept).left < EXPLAINED
 
-    def _several(self, first: Fit, further: Further) -> list[Fit]:
+    def _several(self, first: Fit) -> list[Fit]:
         """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
-        grown = self._grown([first], 2, further)
+        grown = self._grown([first], 2)
         if len(grown) > 1 and self._explain(grown):
             return grown
         # effects with memory take long to fit, and hold simpler ones
@@ -123,7 +121,7 @@ class Confirm:
         best = max(plain, key=lambda f: f.gain, default=first)
         if best.name == first.name or not self._helps([], best):
             return []
-        grown = self._grown([best], 2, further, most=2)
+        grown = self._grown([best], 2, most=2)
         return grown if len(grown) > 1 and self._explain(grown) else []
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
@@ -173,13 +171,13 @@ class Confirm:
             return kept
         return [kept[most], *(f for f in kept if f is not kept[most])]
 
-    def _grown(self, kept: list[Fit], wanted: int, further: Further, most: int = MOST_NAMED) -> list[Fit]:
+    def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
         while kept and len(kept) < most:
             left = self.beside.shares(kept)
             if len(kept) >= wanted and not left.missing > 0.0:
                 break
-            best = self._best(kept, further(kept)[:TRIED])
+            best = self._best(kept, self.further(kept)[:TRIED])
             if best is None or not self._confirmed(kept, best):
                 break
             kept = self._exchanged([*kept, best])
@@ -237,7 +235,7 @@ class Confirm:
         weak = weak and fall(before, after, "within")[1] < SURE_ALONG
         return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
 
-    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> dict[str, list[str]]:
+    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares) -> dict[str, list[str]]:
         """Return for each name the effects that would leave hardly more in its place, or that some tests prefer to it."""
         first, *others = kept
         names = {f.name for f in kept}
@@ -259,7 +257,7 @@ class Confirm:
             beside = [f for f in kept if f is not named]
             told[named.name] = [
                 f.name
-                for f in further(beside)
+                for f in self.further(beside)
                 if f.name not in names and fall(self.straight.errors([*beside, f]), own)[1] < APART
             ]
         return told
