@@ -36,17 +36,20 @@ from ..models.domain import Domain
 from .answer.diagnosis import Diagnosis
 from .assembly import Judged, assemble
 from .effect_search import EffectSearch
+from .formulas.offers import FormulaOffer
+from .formulas.search import Missing, offers
 from .judge.confirm import Confirm
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
 from .judge.unseen_tests import UnseenTests, refitted
 from .judge.verdict import decide, named_verdict
-from .offered_formulas import formulas_for
 
 #: Averages that must be left beside the numbers of the base.
 SPARE = 3
 #: Above this share of spikes the records have to be repaired first; the verdict is ``data_problem``.
 MOST_SPIKES = 0.04
+#: Verdicts that leave structure unexplained, for which empirical terms are sought.
+UNEXPLAINED = ("unknown_structure", "partly_explained")
 BESIDE_A_SHIFT = (
     "what is named was seen beside a change of the {base} model that is linear in the loads: the model was fitted to data "
     "that hold the effect, or is off by such a change itself"
@@ -114,7 +117,7 @@ def diagnose(
     notes += said
     whole = (measured, base_law(base.model, measured, seed)) if refitted(base) else (campaign, base)
     judged = _judge(campaign, base, candidates, seed, floor, whole, stages)
-    if base.fixed and judged.verdict in {"unknown_structure", "partly_explained"}:
+    if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign, 1))
         if _spare(campaign, shifted) >= SPARE:
@@ -130,7 +133,7 @@ def diagnose(
     answer = assemble(campaign, base, judged, mu, whole)
     stages(90, "empirical terms")
     if not base.fixed:  # what is taken as it is cannot be refitted with a term
-        answer.formulas = formulas_for(answer.verdict, campaign, judged, seed)
+        answer.formulas = _formulas_for(answer.verdict, campaign, judged, seed)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     stages(100, "the answer")
     return answer
@@ -220,3 +223,23 @@ def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     if isinstance(domain, Domain):
         domain = domain.without(campaign.absent)
     return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
+
+
+def _formulas_for(verdict: str, campaign: Campaign, judged: Judged, seed: int) -> list[FormulaOffer]:
+    """Return the empirical terms that are offered beside what is named; none for other verdicts or with too few tests."""
+    shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
+    if verdict not in UNEXPLAINED or shares is None or unseen is None:
+        return []
+    before = unseen.errors([f.effect for f in judged.chosen]).total
+    missing = Missing(
+        campaign=campaign,
+        columns=np.column_stack([found.columns, *(f.columns for f in judged.chosen)]),
+        y=found.y,
+        whiten=found.whiten,
+        fold_of_test=unseen.fold_of_test,
+        before=before,
+        best=shares.best,
+        seed=seed,
+        sloping=found.columns.shape[1] == 1,
+    )
+    return offers(missing)
