@@ -13,7 +13,7 @@ from sklearn.base import clone
 from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign, campaign_of
 from ...estimation.campaign.metadata import with_all_metadata
-from ...estimation.fit.joint_fit import solve_jointly
+from ...estimation.fit.joint_problem import solve_jointly
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import evaluate_points
 from ...estimation.search.scan import Fit

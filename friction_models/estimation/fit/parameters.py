@@ -11,7 +11,7 @@ from ...effects.base import Effect
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..search.base_law import BaseLaw
-from .joint_fit import JointProblem, solve_jointly
+from .joint_problem import JointProblem, solve_jointly
 
 #: Step of shape parameters for the derivative, relative to their value.
 STEP = 1e-3
