@@ -102,8 +102,7 @@ def _covariance(
     known = np.column_stack([bins.columns, in_bins(fitted.shapes)])
     white, y = weigh(known), weigh(bins.y)
     rest = y - white @ np.linalg.lstsq(white, y, rcond=1e-9)[0]
-    starts = np.flatnonzero(np.r_[True, np.diff(bins.campaign.test) != 0])
-    scores = np.add.reduceat(J * rest[:, None], starts, axis=0)
+    scores = np.add.reduceat(J * rest[:, None], bins.campaign.first_bins, axis=0)
     inverse = np.linalg.pinv(J.T @ J, rcond=1e-8)
     whole = inverse @ (scores.T @ scores) @ inverse / np.outer(scale, scale)
     base = bins.columns.shape[1]

@@ -13,7 +13,7 @@ from ...effects import empirical_effect
 from ...effects.empirical.effect import numbered
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.noise_floor import Whitener
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ..judge.error_budget import lead
 from .bins import Bins
 from .fit import fit
@@ -54,9 +54,8 @@ def offers(missing: Missing) -> list[FormulaOffer]:
     if len(missing.before) < LEAST_TESTS:
         return []
     campaign = missing.campaign
-    names = tuple(n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n))
     bins = Bins(campaign, missing.columns, missing.y)
-    tried = terms(names, missing.sloping, bins.logarithms)
+    tried = terms(tuple(campaign.varied), missing.sloping, bins.logarithms)
     found = select(bins, missing.whiten, missing.fold_of_test, tried, missing.seed)
     if not found.all.chosen:
         return []

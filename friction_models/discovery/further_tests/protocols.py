@@ -69,7 +69,7 @@ class Settings:
         fast = max(float(high[0]), 1e-9)
         slow = max(float(low[0]), 0.01 * fast, 1e-9)
         distance = rounded(float(np.median(campaign.distance[lasts])))
-        if "sd" in campaign.absent or campaign.count.size == len(campaign.tests) or not distance > 0.0:
+        if "sd" in campaign.absent or campaign.averaged or not distance > 0.0:
             distance = USUAL_DISTANCE
         return cls(
             (rounded(slow), rounded(float(np.sqrt(slow * fast))), rounded(fast)),

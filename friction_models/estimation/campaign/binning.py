@@ -78,9 +78,17 @@ class Campaign:
         return np.asarray(np.argsort(np.lexsort(means[::-1])))
 
     @cached_property
+    def levels(self) -> dict[str, FloatArray]:
+        """Mean over each test of each load that was measured and varies, of the distance for ``sd``; shape (tests,) each."""
+        columns = {n: self.distance if n == "sd" else getattr(self.loads, n) for n in self.varied}
+        return {n: self.of_tests(self.average(column)) for n, column in columns.items()}
+
+    @cached_property
     def setting(self) -> npt.NDArray[np.intp]:
         """Setting of each test, see `setting_of_tests`."""
-        return setting_of_tests(self)
+        tool = self.system.get("T_tool")
+        tool_level = None if tool is None else self.of_tests(self.average(tool[:, 0]))
+        return setting_of_tests(self.levels, tool_level, self.place, self.averaged)
 
     def part(self, rows: npt.NDArray[np.bool_]) -> Campaign:
         """Return the points of some tests, binned, with their metadata."""
@@ -95,9 +103,24 @@ class Campaign:
         return self.loads.absent
 
     @property
+    def averaged(self) -> bool:
+        """Whether there is one average a test, so that nothing shows along tests."""
+        return len(self.starts) == len(self.tests)
+
+    @property
+    def first_bins(self) -> npt.NDArray[np.intp]:
+        """First bin of each test."""
+        return np.flatnonzero(np.r_[True, np.diff(self.test) > 0])
+
+    @property
     def point_test(self) -> npt.NDArray[np.intp]:
         """Test of each point."""
         return np.repeat(self.test, self.count.astype(int))
+
+    @property
+    def varied(self) -> list[str]:
+        """Loads that were measured and vary, in their usual order."""
+        return [n for n in LOAD_NAMES if n not in self.absent and self.varies(n)]
 
     def varies(self, name: str) -> bool:
         """Whether a load takes more than one value."""
@@ -177,7 +200,7 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
 def _remarks(campaign: Campaign) -> list[str]:
     """Return what the user should know about thin data."""
     warnings, tests = [], len(campaign.tests)
-    if campaign.count.size == tests:
+    if campaign.averaged:
         warnings.append(
             "one point a test (averaged data): running-in, static peak and wear-out cannot be seen at all"
         )

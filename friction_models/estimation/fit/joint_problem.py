@@ -108,8 +108,7 @@ class JointProblem:
         inverse = np.linalg.inv(rows.T @ rows + RIDGE * np.eye(rows.shape[1]))
         x = inverse @ (rows.T @ target)
         error = self.y - (matrix / scale) @ x
-        starts = np.flatnonzero(np.r_[True, np.diff(self.campaign.test) != 0])
-        for start, end in pairwise([*starts, len(target)]):
+        for start, end in pairwise([*self.campaign.first_bins, len(target)]):
             own = rows[start:end]
             along = inverse @ own.T
             # what the fit takes from the test itself is taken back (Sherman, Morrison, Woodbury)

@@ -27,7 +27,7 @@ def histories(campaign: Campaign) -> dict[str, FloatArray]:
     highest value so far of each load that falls again. Without those that put the averages in the same order as a load or the
     distance does: a curve along that one follows them already.
     """
-    if len(campaign.starts) == len(campaign.tests):
+    if campaign.averaged:
         return {}  # averages of whole tests have no history
     told = [rankdata(transformed(campaign, n)) for n in LOAD_NAMES if campaign.varies(n)]
     # A load that varies only between the points of an average says nothing here.

@@ -54,7 +54,7 @@ class Reference:
         self.names, self.curves, self._metadata = reference_curves(campaign, without)
         self.metadata = [self.names[k] for k in self._metadata]
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
-        self._starts = np.flatnonzero(np.r_[True, np.diff(campaign.test) != 0])
+        self._starts = campaign.first_bins
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
         self._whiten = whiten
 

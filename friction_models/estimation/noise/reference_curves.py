@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import products, transformed
 from ..campaign.metadata import MOST_LEVELS, is_text
@@ -51,9 +51,7 @@ def reference_curves(
         mean = campaign.of_tests(values)
         return np.asarray((mean - mean.mean()) / max(float(mean.std()), 1e-300))
 
-    for name in LOAD_NAMES:
-        if name in campaign.absent or not campaign.varies(name):
-            continue
+    for name in campaign.varied:
         along = name == "sd"
         values = transformed(campaign, name)
         names.append("distance" if along else name)
@@ -61,9 +59,7 @@ def reference_curves(
             _smooth(values, DISTANCE_PLACES if along else PLACES, DISTANCE_REACH if along else REACH)
         )
         means.append(level(values))
-    if "distance" not in names and len(campaign.starts) > len(
-        campaign.tests
-    ):  # the number of the point, then
+    if "distance" not in names and not campaign.averaged:  # the number of the point, then
         distance = np.sqrt(campaign.average(campaign.distance))
         names.append("distance")
         columns.append(_smooth(distance, DISTANCE_PLACES, DISTANCE_REACH))

@@ -9,7 +9,8 @@ from scipy.special import chdtri
 
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
-from ..campaign.settings import Indexes, same_settings
+from ..campaign.metadata import MOST_LEVELS, is_text
+from ..campaign.settings import SAME_SETTING, Indexes, in_steps
 from .noise_floor import RepeatsNumbers
 
 #: Fewest differences between repeats from which a scatter is estimated.
@@ -64,9 +65,8 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
     """
     groups = same_settings(campaign)
     freedom = sum(len(g) - 1 for g in groups)
-    if (
-        freedom < ENOUGH_FREEDOM
-    ):  # on other days or of other batches: what no name describes of them is scatter
+    # on other days or of other batches: what no name describes of them is scatter
+    if freedom < ENOUGH_FREEDOM:
         groups = same_settings(campaign, metadata=False)
         freedom = sum(len(g) - 1 for g in groups)
     if freedom < LEAST_FREEDOM:
@@ -81,6 +81,28 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
         (float(np.sqrt(low)), float(np.sqrt(high))),
         _by_chance(level, groups, seed),
     )
+
+
+def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
+    """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
+    columns, tests = [in_steps(n, level) for n, level in campaign.levels.items()], len(campaign.tests)
+    for name in sorted(campaign.system) if metadata else ():
+        values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
+        if is_text(campaign.loads, name):
+            columns.append(values / 1e-9)  # another level is another setting
+        elif len(np.unique(values)) <= MOST_LEVELS * tests:  # else measured anew in each test
+            columns.append(values / max(SAME_SETTING * float(np.ptp(values)), 1e-9))
+    if not columns:
+        return [np.arange(tests)]
+    means = np.column_stack(columns)
+    groups: list[Indexes] = []
+    left = np.lexsort(means.T[::-1])
+    while len(left):
+        near = np.all(np.abs(means[left] - means[left[0]]) <= 1.0, axis=1)
+        if near.sum() > 1:
+            groups.append(left[near])
+        left = left[~near]
+    return groups
 
 
 def _square_apart(campaign: Campaign, residual: FloatArray, group: Indexes) -> float:

@@ -263,10 +263,7 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
 
 def _freedom(campaign: Campaign, mean: FloatArray) -> Freedom:
     """Return what a flexible mean leaves to estimate the scatter between tests, and slow noise along them."""
-    levels = (
-        np.column_stack([np.bincount(campaign.test, campaign.count * column) for column in mean.T])
-        / np.bincount(campaign.test, campaign.count)[:, None]
-    )
+    levels = np.column_stack([campaign.of_tests(column) for column in mean.T])
     # columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test
     between = len(levels) - independent_columns(levels, DIFFERS).shape[1]
     inside = mean - levels[campaign.test]

@@ -46,14 +46,13 @@ def testable(
 
 def _not_tested(effect: Effect, campaign: Campaign) -> str | None:
     """Return why these data cannot say anything about an effect; None where they can."""
-    averaged = campaign.count.size == len(campaign.tests)
     if without := effect.lacking(campaign.absent):
         return f"it needs {' and '.join(without)}, which the data lack"
     if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
         return "memory needs the time t or the distance sd"
-    if averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
+    if campaign.averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
         return "it shows along a test, and there is one point a test"
-    if effect.needs_state and averaged:
+    if effect.needs_state and campaign.averaged:
         return "memory needs more than one point a test"
     absent = [m for m in effect.metadata if m not in campaign.system]
     return "; ".join(recorded(campaign.loads, m) for m in absent) if absent else None
@@ -112,8 +111,7 @@ def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[flo
         return 1.0, []
     notes = []
     # outside forming the surface does not expand, and averages over a test have no distance
-    averaged = campaign.count.size == len(campaign.tests)
-    without = [n for n in campaign.absent if n != "psi" and not (averaged and n == "sd")]
+    without = [n for n in campaign.absent if n != "psi" and not (campaign.averaged and n == "sd")]
     if without:
         lacking = f"of a load that the data lack ({', '.join(without)}): record it, or keep it constant in all tests"
         notes.append(
