@@ -267,8 +267,8 @@ class Confirm:
 
         With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
         """
-        lead = fall(self.straight.errors(instead), self.straight.errors(kept))[1]
-        if self.campaign.averaged and lead < APART:
+        averaged = self.campaign.averaged
+        if averaged and fall(self.straight.errors(instead), self.straight.errors(kept))[1] < APART:
             return False
         return rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
 

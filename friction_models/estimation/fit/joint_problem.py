@@ -17,7 +17,8 @@ from scipy.optimize import least_squares, lsq_linear
 from ...effects.base import Effect
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
-from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate
+from ..noise.layout import Layout
+from ..noise.noise_floor import NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw
 from ..search.candidates import evaluate, evaluate_points, spans_of
 from ..search.scan import Projector, best_fit, prepare_candidate

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
-from .noise_floor import Layout, NoiseFloor, estimate
+from .layout import Layout
+from .noise_floor import NoiseFloor, estimate
 from .reference import Reference
 
 #: Robust standard deviations from the prediction of the others beyond which a test is odd.

@@ -19,7 +19,8 @@ from scipy.linalg import cho_factor, cho_solve
 from ...loads import FloatArray
 from ...loads.splits import Mask
 from ..campaign.binning import Campaign
-from .noise_floor import Layout, NoiseFloor, Whitener
+from .layout import Layout
+from .noise_floor import NoiseFloor, Whitener
 from .reference_curves import reference_curves
 from .reference_variances import VariancesOfCurves
 

@@ -10,7 +10,8 @@ import numpy as np
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import on_scale
-from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
+from ..noise.layout import Layout
+from ..noise.noise_floor import NoiseFloor, Whitener, estimate, independent_columns
 from .base_law import BaseLaw, polynomial_columns
 from .candidates import Candidate
 from .form_error import FormErrors
