@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from scipy.special import stdtrit
 
 from ...estimation.campaign.binning import Campaign
 from ...estimation.fit.parameters import FittedTerm
@@ -79,7 +80,7 @@ def clustered_mean(
     if len(tests) < 2:
         return mean, float("nan"), len(tests)
     spread = np.sqrt(np.sum((sums - mean * totals) ** 2) * len(tests) / (len(tests) - 1)) / totals.sum()
-    return mean, float(_t_quantile(len(tests) - 1) * spread), len(tests)
+    return mean, float(stdtrit(len(tests) - 1, 0.975) * spread), len(tests)
 
 
 def binned_bias(
@@ -108,12 +109,6 @@ def binned_bias(
                 row["after"], row["after_interval"] = mean, [mean - half, mean + half]
             rows.append(row)
     return rows
-
-
-def _t_quantile(freedom: int) -> float:
-    from scipy.special import stdtrit
-
-    return float(stdtrit(freedom, 0.975))
 
 
 def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | None:

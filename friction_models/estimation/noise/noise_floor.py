@@ -12,6 +12,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import chdtri
 
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
@@ -219,8 +220,6 @@ def estimate(
 
 def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float]:
     """Return a 95 % interval of the total: the scatter between tests dominates it (chi-square)."""
-    from scipy.special import chdtri
-
     between = max(tests - min(columns, tests // 3) - 1, 1)
     lower = between / float(chdtri(between, 0.025))
     upper = between / float(chdtri(between, 0.975))
