@@ -21,8 +21,8 @@ from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel
 from ..models.measures import error_measures
-from .comparison import before_and_after
 from .judge.unseen_tests import folds_of, names_of, predicted_unseen
+from .resampling import before_and_after
 
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
