@@ -13,7 +13,7 @@ from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
-from ..loads import LOAD_NAMES, FloatArray
+from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
@@ -251,11 +251,7 @@ def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
     if evidence.winner is None or not bent or judged.verdict != "unknown_structure":
         return judged.confirmed.where
     winner, excess = evidence.winner, evidence.misfit.excess
-    region = {}
-    for name in winner.effect.driver:
-        if name in LOAD_NAMES and campaign.varies(name):
-            values = getattr(campaign.loads, name)
-            region[name] = [float(values.min()), float(values.max())]
+    region = campaign.ranges(winner.effect.driver)
     return [
         {
             "variables": list(region),

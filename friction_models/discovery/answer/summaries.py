@@ -17,6 +17,7 @@ from ...loads import LOAD_NAMES, FloatArray
 from .findings import BinnedBias, TestGroups, WorstTest
 
 BIAS_BINS = 6
+WORST = 10
 
 
 def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
@@ -26,10 +27,10 @@ def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
     return found.y - found.columns @ coefficients
 
 
-def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[WorstTest]:
+def worst_tests(campaign: Campaign, residual: FloatArray) -> list[WorstTest]:
     """Return the tests with the largest rms residual (points weigh alike)."""
     rms = np.sqrt(campaign.of_tests(residual**2))
-    order = np.argsort(-rms, kind="stable")[:most]
+    order = np.argsort(-rms, kind="stable")[:WORST]
     return [{"test_id": campaign.tests[k], "rms": float(rms[k])} for k in order]
 
 
@@ -50,7 +51,7 @@ def averages(
     return pd.DataFrame(columns)
 
 
-def load_bins(values: FloatArray, most: int = BIAS_BINS) -> npt.NDArray[np.intp]:
+def load_bins(values: FloatArray, most: int) -> npt.NDArray[np.intp]:
     """Return the bin of each value: quantiles, those that practically coincide (levels of a plan) as one."""
     ordered = np.sort(values)
     inner: list[float] = []

@@ -69,7 +69,7 @@ def propose(
     rivals: list[Fit],
     mu: FloatArray,
     base: BaseLaw,
-    doubt: float = 0.1,
+    doubt: float,
 ) -> tuple[list[NextTest], list[str]]:
     """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 

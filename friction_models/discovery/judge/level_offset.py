@@ -36,14 +36,9 @@ class LevelOffset:
 
     def entry(self, campaign: Campaign) -> StructurePlace:
         """Return the offset as structure that is left: over the whole tested range, driven by no load."""
-        region = {}
-        for name in LOAD_NAMES:
-            if campaign.varies(name):
-                values = getattr(campaign.loads, name)
-                region[name] = [float(values.min()), float(values.max())]
         return {
             "variables": [],
-            "region": region,
+            "region": campaign.ranges(LOAD_NAMES),
             "shape": f"constant offset {self.value:+.4f}",
             "share": error_share(self.value, self.floor),
         }

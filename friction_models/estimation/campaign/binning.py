@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -121,6 +122,11 @@ class Campaign:
     def varied(self) -> list[str]:
         """Loads that were measured and vary, in their usual order."""
         return [n for n in LOAD_NAMES if n not in self.absent and self.varies(n)]
+
+    def ranges(self, names: Iterable[str]) -> dict[str, list[float]]:
+        """Return the lowest and the highest value of those names that are loads which vary."""
+        columns = {n: getattr(self.loads, n) for n in names if n in LOAD_NAMES and self.varies(n)}
+        return {n: [float(column.min()), float(column.max())] for n, column in columns.items()}
 
     def varies(self, name: str) -> bool:
         """Whether a load takes more than one value."""

@@ -17,6 +17,8 @@ MOST_EMPTY = 0.5
 MOST_LEVELS = 0.7
 #: A column with a larger number, or an infinite one, is no metadata: its squares are beyond all numbers.
 LARGEST = 1e100
+#: Values of a column that are listed; of more numbers the range.
+SHOWN = 4
 #: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 #: What an evaluation of the records writes beside the settings of a test. It follows from the points, mu_mean from mu itself: taken
@@ -152,13 +154,13 @@ def metadata_spans(loads: TriboLoads, system: Mapping[str, FloatArray]) -> dict[
     return spans
 
 
-def levels_text(loads: TriboLoads, name: str, most: int = 4) -> str:
+def levels_text(loads: TriboLoads, name: str) -> str:
     """Return a metadata column with what it holds: ``operator (anna, ben)``, ``Ra (0.1 to 0.8)``; its name where nothing is recorded."""
     column = loads.context_column(name)
     if column is None:
         return name
     values = pd.Series(column).dropna().unique()
-    if len(values) > most and not is_text(loads, name):
+    if len(values) > SHOWN and not is_text(loads, name):
         return f"{name} ({min(values):g} to {max(values):g})"
     shown = sorted(f"{v:g}" if isinstance(v, int | float) else str(v) for v in values)
-    return f"{name} ({', '.join(shown[:most])}{', ...' if len(shown) > most else ''})" if shown else name
+    return f"{name} ({', '.join(shown[:SHOWN])}{', ...' if len(shown) > SHOWN else ''})" if shown else name

@@ -36,9 +36,7 @@ class Curves:
     columns: FloatArray  #: Shape (m, k).
 
 
-def reference_curves(
-    campaign: Campaign, without: Collection[str] = ()
-) -> tuple[list[str], list[Curves], range]:
+def reference_curves(campaign: Campaign, without: Collection[str]) -> tuple[list[str], list[Curves], range]:
     """Return the quantities that tell points or tests apart, curves along them and products, and the places of metadata.
 
     Names do not tell metadata from loads: a test table may state the nominal speed as ``v_rel``. It is `without` some metadata.

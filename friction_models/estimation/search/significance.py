@@ -20,6 +20,8 @@ FLIPPED = 20
 TWINS = 0.98
 #: A lead below this share of the winner's evidence may come from the formulas rather than from the mechanisms.
 SAME = 0.02
+#: A rival stays where the winner leads by as much in more than this share of data that hold the rival.
+BY_CHANCE = 0.05
 
 
 class Freedom(NamedTuple):
@@ -118,11 +120,11 @@ def _shows_along(candidate: Prepared, level: FloatArray, test: npt.NDArray[np.in
     return bool(seen.any() and np.median(between[seen] / total[seen]) < 0.5)
 
 
-def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05) -> list[str]:
+def confusion_set(ranking: list[Fit], simulated: Simulated) -> list[str]:
     """Return the effects that the data cannot tell from the winner, the winner first.
 
     For each rival, data are simulated from its own fit. It stays in the set if the winner leads by as much as observed in
-    more than `level` of these data. Noise hardly matters beside a strong effect; a small lead then only shows which formula
+    more than `BY_CHANCE` of these data. Noise hardly matters beside a strong effect; a small lead then only shows which formula
     happens to fit better, so it does not count.
     """
     winner = ranking[0]
@@ -135,7 +137,7 @@ def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05)
             continue
         signal = rival.signal
         lead = _gains(winner.prepared, signal, simulated) - _gains(rival.prepared, signal, simulated)
-        if float(np.mean(lead >= winner.gain - rival.gain)) > level:
+        if float(np.mean(lead >= winner.gain - rival.gain)) > BY_CHANCE:
             kept.append(rival.name)
     return kept
 

@@ -28,7 +28,7 @@ WITHIN = 1e-3
 
 
 def testable(
-    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...] = ()
+    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...]
 ) -> tuple[list[Effect], list[str]]:
     """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
     usable, notes = [], []
