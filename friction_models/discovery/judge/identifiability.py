@@ -20,8 +20,6 @@ from .verdict import Evidence
 FLEXIBLE = ("polynomial", "gradient_boosting", "ffnn")
 #: Below this share of its own variation beside the base, an amplitude is poorly known.
 WEAK = 0.02
-
-
 #: A model that leaves less of the sensor's noise than this share was fitted to these very points.
 NOISE_LEFT = 0.75
 #: With fewer points the noise itself is too poorly known to say so.

@@ -15,7 +15,7 @@ from ...estimation.campaign.binning import Campaign, campaign_of
 from ...estimation.campaign.metadata import with_all_metadata
 from ...estimation.fit.joint_problem import solve_jointly
 from ...estimation.search.base_law import BaseLaw
-from ...estimation.search.candidates import evaluate_points
+from ...estimation.search.candidates import contribution
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...families.composed import ComposedFriction
@@ -91,10 +91,7 @@ def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
             values = loads.context_column(name)
             if values is not None:
                 campaign.system[name] = as_numbers(values, model.levels_.get(name, ()), np.nan)[:, None]
-        columns = evaluate_points(effect, campaign, model.predict(loads), shape)
-        share = share + sum(
-            a * np.broadcast_to(c, (len(loads), 1))[:, 0] for a, c in zip(amplitudes.values(), columns)
-        )
+        share = share + contribution(effect, campaign, model.predict(loads), shape, amplitudes.values())
     return share
 
 
@@ -177,22 +174,26 @@ class UnseenTests:
         return self._kept[key]
 
     def _predicted(self, effects: Sequence[Effect]) -> FloatArray:
-        campaign, model = self.campaign, self.base.model
+        campaign = self.campaign
         fold = self.fold_of_test[campaign.point_test]
+        predict = _anew if refitted(self.base) else _beside
         predicted = np.empty(len(campaign.mu))
-        if refitted(self.base):
-            law = model.base if isinstance(model, ComposedFriction) else model
-            held = list(model.effects) if isinstance(model, ComposedFriction) else []
-            changed = ComposedFriction(clone(law), [*held, *effects]) if effects else model
-            known = changed.effects if isinstance(changed, ComposedFriction) else []
-            loads = with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
         for k in np.unique(fold):
             unseen = fold == k
-            if refitted(self.base):
-                predicted[unseen] = predicted_unseen(changed, loads, campaign.mu, unseen)[1]
-            else:
-                predicted[unseen] = _beside(campaign, self.base, effects, unseen)
+            predicted[unseen] = predict(campaign, self.base, effects, unseen)
         return predicted
+
+
+def _anew(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
+    """Return predictions of a model with effects, refitted to the other tests."""
+    model = law.model
+    if effects:
+        base = model.base if isinstance(model, ComposedFriction) else model
+        held = list(model.effects) if isinstance(model, ComposedFriction) else []
+        model = ComposedFriction(clone(base), [*held, *effects])
+    known = model.effects if isinstance(model, ComposedFriction) else []
+    loads = with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
+    return predicted_unseen(model, loads, campaign.mu, unseen)[1]
 
 
 def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
@@ -204,10 +205,7 @@ def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen:
     predicted = other.offset + other.columns @ coefficients
     mu = np.maximum(predicted, 0.0)
     for effect, shape, values in zip(effects, problem.shapes, amplitudes, strict=True):
-        columns = evaluate_points(effect, held, mu, shape)
-        predicted = predicted + sum(
-            a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in zip(values, columns, strict=True)
-        )
+        predicted = predicted + contribution(effect, held, mu, shape, values)
     return np.asarray(predicted)
 
 

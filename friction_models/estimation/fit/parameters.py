@@ -17,6 +17,8 @@ from .joint_problem import JointProblem, solve_jointly
 STEP = 1e-3
 #: A shape parameter that is closer to a bound than this share of its range is at the bound.
 AT_BOUND = 1e-6
+#: Correlation of two estimates from which on it is said.
+TIED = 0.9
 
 
 @dataclass(frozen=True)
@@ -56,10 +58,6 @@ class FittedTerms:
     residual: FloatArray  #: Bin means of measured mu minus the whole law, shape (m,).
     #: Pairs of parameters, as ``effect.parameter``, that are tied by more than `TIED`, the strongest first.
     correlations: list[tuple[str, str, float]]
-
-
-#: Correlation of two estimates from which on it is said.
-TIED = 0.9
 
 
 def fit_terms(campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> FittedTerms:

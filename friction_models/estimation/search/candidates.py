@@ -145,6 +145,19 @@ def evaluate_points(
     return columns
 
 
+def contribution(
+    effect: Effect,
+    campaign: Campaign,
+    mu: FloatArray,
+    shape: Mapping[str, FloatArray | float],
+    amplitudes: Iterable[float],
+) -> FloatArray:
+    """Return what an effect with these parameters adds to mu on all points, shape (n,)."""
+    columns = evaluate_points(effect, campaign, mu, shape)
+    parts = zip(amplitudes, columns, strict=True)
+    return np.asarray(sum(a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in parts))
+
+
 def _called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
     """Return the result of a method of an effect, checked: users write effects, too.
 

@@ -37,6 +37,10 @@ OUTLYING = 8.0
 MOST_OUTLIERS = 0.02
 #: Share of a column that must differ from test to test.
 DIFFERS = 0.02
+#: What a test tells of slow noise along it, which effects resemble: its trend and its bend.
+SLOW = 2
+#: Correlation of what effects contribute to the data from which on they contribute the same.
+EQUAL = 0.995
 
 
 @dataclass
@@ -220,12 +224,6 @@ def search(
         freedom=freedom,
         by_parts=by_parts,
     )
-
-
-#: What a test tells of slow noise along it, which effects resemble: its trend and its bend.
-SLOW = 2
-#: Correlation of what effects contribute to the data from which on they contribute the same.
-EQUAL = 0.995
 
 
 def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
