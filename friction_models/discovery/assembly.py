@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..estimation.campaign.binning import FEW_TESTS, Campaign
-from ..estimation.fit.parameters import FittedTerm, fit_terms
+from ..estimation.fit.parameters import FittedTerm, FittedTerms, fit_terms
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
-from ..loads import LOAD_NAMES, FloatArray
+from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
@@ -73,8 +73,7 @@ def _confidence(
         nothing and factor is not None,  # what sets the two groups apart is missing
         nothing and confirmed.lacks_fit,
         judged.knows_noise,
-        verdict in NAMED
-        and any(one_load(campaign, f.prepared.candidate.effect.driver) for f in judged.chosen),
+        verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in judged.chosen),
     ]
     return min(sure, EITHER) if any(unsure) else sure
 
@@ -95,7 +94,7 @@ def assemble(
     """Return the diagnosis; `whole` holds the points as measured, and the base there."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
     named = verdict in NAMED and bool(chosen)
-    fitted = fit_terms(*whole, [f.prepared.candidate.effect for f in chosen] if named else [])
+    fitted = fit_terms(*whole, [f.effect for f in chosen] if named else [])
     names, confusion = [term.name for term in fitted.terms], _confusion(judged)
     # a linear shift of the model, fitted beside it, contains its level
     level = (
@@ -122,52 +121,16 @@ def assemble(
     rests_on = grounds(found, evidence, judged.confirmed, len(campaign.tests))
     factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
     sure = min(_confidence(campaign, judged, level, rests_on, factor), most)
-    where = _places(campaign, judged) if verdict in {"unknown_structure", "partly_explained"} else []
+    where: list[StructurePlace] = []
+    if verdict in {"unknown_structure", "partly_explained"}:
+        where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += uncertain_drivers(whole[0], fitted.terms)
-    if judged.confirmed.lacks_fit and (repeats := judged.confirmed.repeats) is not None:
-        warnings.append(
-            f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "
-            f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
-            "were tested, in a way that is not named here"
-        )
-    if judged.confirmed.of_another_form and verdict != "partly_explained":
-        warnings.append(
-            "a flexible prediction that knows no formula is better on unseen tests than what is named, if only a little: the law "
-            "may have another form, or be another effect that looks alike here"
-        )
-    if verdict == "nothing_missing" and found.winner and found.p_value(found.winner) < LEVEL:
-        warnings.append(
-            f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
-            f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
-        )
-    if level.off:
-        where += [level.entry(campaign)] if verdict in {"unknown_structure", "partly_explained"} else []
-        warnings.append(level.text(f"the {base.name} model"))
-    if _blurred(campaign, found):
-        warnings.append(
-            f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
-            "and faulty tests first, little else can be seen in such data"
-        )
-    warnings += [
-        f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}, the bound of what is allowed: the law may have another form, and "
-        "the intervals of its parameters hold for this value only"
-        for term in fitted.terms
-        for name in term.at_bounds
-    ]
-    warnings += [
-        f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
-        for first, second, value in fitted.correlations[:3]
-    ]
-    rivals = [f for n in confusion or evidence.confusion_set for f in found.ranking if f.name == n]
-    if not rivals and chosen:
-        rivals = chosen[:1]
-    if len(rivals) == 1:
-        rivals += [f for f in found.ranking if f.name != rivals[0].name and f.gain > 0][:1]
-    if not rivals and verdict == "unknown_structure":
-        rivals = [f for f in found.ranking[:1] if f.gain > 0]
+    warnings += _reservations(campaign, judged)
+    warnings += [level.text(f"the {base.name} model")] if level.off else []
+    warnings += [*_about_the_noise(campaign, found), *_about_the_fit(fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
-    proposals, inseparable = propose(campaign, found, rivals, mu, base, doubt)
+    proposals, inseparable = propose(campaign, found, _to_separate(judged, confusion), mu, base, doubt)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     close = None
@@ -205,13 +168,77 @@ def assemble(
     )
 
 
+def _reservations(campaign: Campaign, judged: Judged) -> list[str]:
+    """Return what speaks against taking the verdict for the whole truth."""
+    found, confirmed, verdict = judged.found, judged.confirmed, judged.verdict
+    said = []
+    if confirmed.lacks_fit and (repeats := confirmed.repeats) is not None:
+        said.append(
+            f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "
+            f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
+            "were tested, in a way that is not named here"
+        )
+    if confirmed.of_another_form and verdict != "partly_explained":
+        said.append(
+            "a flexible prediction that knows no formula is better on unseen tests than what is named, if only a little: the law "
+            "may have another form, or be another effect that looks alike here"
+        )
+    if verdict == "nothing_missing" and found.winner and found.p_value(found.winner) < LEVEL:
+        said.append(
+            f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
+            f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
+        )
+    return said
+
+
+def _about_the_noise(campaign: Campaign, found: SearchRound) -> list[str]:
+    """Return a warning where the noise hides everything."""
+    if not _blurred(campaign, found):
+        return []
+    return [
+        f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
+        "and faulty tests first, little else can be seen in such data"
+    ]
+
+
+def _about_the_fit(fitted: FittedTerms) -> list[str]:
+    """Return warnings about parameters at bounds, and parameters that the data tie to each other."""
+    at_bounds = [
+        f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}, the bound of what is allowed: the law may have another form, and "
+        "the intervals of its parameters hold for this value only"
+        for term in fitted.terms
+        for name in term.at_bounds
+    ]
+    tied = [
+        f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
+        for first, second, value in fitted.correlations[:3]
+    ]
+    return at_bounds + tied
+
+
+def _to_separate(judged: Judged, confusion: list[str]) -> list[Fit]:
+    """Return the effects that the next tests are to tell apart: rivals, or what is named and the next best."""
+    ranking, chosen = judged.found.ranking, judged.chosen
+    rivals = [f for n in confusion or judged.evidence.confusion_set for f in ranking if f.name == n]
+    rivals = rivals or chosen[:1]
+    if len(rivals) == 1:
+        rivals += [f for f in ranking if f.name != rivals[0].name and f.gain > 0][:1]
+    if not rivals and judged.verdict == "unknown_structure":
+        rivals = [f for f in ranking[:1] if f.gain > 0]
+    return rivals
+
+
 def _confusion(judged: Judged) -> list[str]:
     """Return what cannot be told from the first name, the name itself first."""
     if judged.verdict not in NAMED or not judged.chosen:
         return []
-    first, known = judged.chosen[0].name, judged.evidence.confusion_set
+    first, *others = [f.name for f in judged.chosen]
+    known, rivals = judged.evidence.confusion_set, judged.confirmed.rivals
     alike = known if first in known else []
-    return list(dict.fromkeys([first, *alike, *judged.confirmed.rivals]))
+    later = (
+        known if len(known) > 1 and known[0] in others else []
+    )  # a larger effect leads, found beside the winner of the scan
+    return list(dict.fromkeys([first, *alike, *rivals, *later]))
 
 
 def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
@@ -224,11 +251,7 @@ def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
     if evidence.winner is None or not bent or judged.verdict != "unknown_structure":
         return judged.confirmed.where
     winner, excess = evidence.winner, evidence.misfit.excess
-    region = {}
-    for name in winner.prepared.candidate.effect.driver:
-        if name in LOAD_NAMES and campaign.varies(name):
-            values = getattr(campaign.loads, name)
-            region[name] = [float(values.min()), float(values.max())]
+    region = campaign.ranges(winner.effect.driver)
     return [
         {
             "variables": list(region),

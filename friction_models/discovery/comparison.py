@@ -17,12 +17,7 @@ from ..estimation.campaign.binning import Campaign, prepare
 from ..loads import FloatArray
 from ..models.measures import predict_points
 from ..models.model_card import Seen, seen_in_training
-
-REPLICATES = 1000
-#: With fewer tests resampling is not reliable, and no model counts as clearly ahead.
-FEWEST_TESTS = 6
-#: Errors that differ by less than this share of theirs count as equal.
-SAME = 1e-4
+from .resampling import SAME, as_list, interval_of, is_clear, resampled
 
 
 @dataclass(frozen=True)
@@ -118,9 +113,9 @@ class Comparison(Drawn):
                     "mae": e.mae,
                     "rmse": e.rmse,
                     "bias": e.bias,
-                    "mae_interval": _plain(e.mae_interval),
-                    "rmse_interval": _plain(e.rmse_interval),
-                    "bias_interval": _plain(e.bias_interval),
+                    "mae_interval": as_list(e.mae_interval),
+                    "rmse_interval": as_list(e.rmse_interval),
+                    "bias_interval": as_list(e.bias_interval),
                     "wins": e.wins,
                     "trained_on_tests": self.seen[name].tests if name in self.seen else [],
                 }
@@ -217,101 +212,6 @@ def _as_given(data: pd.DataFrame) -> tuple[npt.NDArray[Any], FloatArray]:
     return data["test_id"].to_numpy(), data["mu"].to_numpy(dtype=float)
 
 
-@dataclass(frozen=True)
-class Draws:
-    """Errors of one model in resampled sets of whole tests: `mae`, `rmse` and `bias`, one value a set."""
-
-    mae: FloatArray
-    rmse: FloatArray
-    bias: FloatArray
-
-
-def resampled(
-    errors: Mapping[str, FloatArray],
-    group: npt.NDArray[np.integer[Any]],
-    rng: np.random.Generator,
-    replicates: int = REPLICATES,
-) -> dict[str, Draws]:
-    """Return the errors of models in resampled sets of whole tests, all models in the same sets.
-
-    Parameters
-    ----------
-    errors : mapping of str to ndarray
-        Predicted minus measured mu at each point, by model.
-    group : ndarray of int
-        Number of the test of each point, from 0 on without a gap.
-    rng : numpy.random.Generator
-    replicates : int
-        How many sets are drawn.
-
-    Examples
-    --------
-    >>> found = resampled({"off": np.array([0.5, 0.5])}, np.array([0, 1]), np.random.default_rng(0), replicates=3)
-    >>> found["off"].bias.tolist()
-    [0.5, 0.5, 0.5]
-    """
-    tests = int(group.max()) + 1
-    points = np.bincount(group, minlength=tests).astype(float)
-    draws = rng.multinomial(tests, np.full(tests, 1.0 / tests), replicates).astype(float)
-    weight = draws @ points
-    found = {}
-    for name, error in errors.items():
-        sums = [np.bincount(group, v, tests) for v in (np.abs(error), error**2, error)]
-        found[name] = Draws(
-            draws @ sums[0] / weight, np.sqrt(draws @ sums[1] / weight), draws @ sums[2] / weight
-        )
-    return found
-
-
-def is_clear(smaller: FloatArray, larger: FloatArray, tests: int) -> bool:
-    """Whether an error is smaller than another one by more than chance: in 97.5 % of the resampled sets of enough tests."""
-    return tests >= FEWEST_TESTS and float(np.mean(smaller < larger)) >= 0.975
-
-
-def before_and_after(
-    before: FloatArray, after: FloatArray, group: npt.NDArray[np.integer[Any]], seed: int = 0
-) -> tuple[dict[str, dict[str, list[float] | None]], bool]:
-    """Return how sure a change of the error is.
-
-    Parameters
-    ----------
-    before, after : ndarray of shape (n,)
-        Predicted minus measured mu at the same points.
-    group : ndarray of int, shape (n,)
-        Number of the test of each point, from 0 on without a gap.
-    seed : int
-        Of the resampling.
-
-    Returns
-    -------
-    intervals : dict
-        Of ``before``, ``after`` and ``fall`` (before minus after) the 95 % intervals of ``rmse`` and ``mae`` from
-        resampling whole tests; None for a single test.
-    clear : bool
-        Whether the RMSE fell by more than chance.
-
-    Examples
-    --------
-    >>> tests = np.arange(6)
-    >>> intervals, clear = before_and_after(np.full(6, 0.5), np.full(6, 0.25), tests)
-    >>> intervals["after"]["rmse"], intervals["fall"]["mae"], clear
-    ([0.25, 0.25], [0.25, 0.25], True)
-    """
-    tests = int(group.max()) + 1
-    draws = resampled({"before": before, "after": after}, group, np.random.default_rng(seed))
-    old, new = draws["before"], draws["after"]
-    values = {
-        "before": {"rmse": old.rmse, "mae": old.mae},
-        "after": {"rmse": new.rmse, "mae": new.mae},
-        "fall": {"rmse": old.rmse - new.rmse, "mae": old.mae - new.mae},
-    }
-    intervals = {
-        when: {name: _plain(_interval(v, tests)) for name, v in of.items()} for when, of in values.items()
-    }
-    # What rounding and the solver resolve is no fall.
-    return intervals, is_clear((1.0 + SAME) * new.rmse, old.rmse, tests)
-
-
 def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.random.Generator) -> Comparison:
     tests = len(campaign.tests)
     group = campaign.point_test
@@ -327,9 +227,9 @@ def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.rando
             float(np.mean(np.abs(error))),
             float(np.sqrt(np.mean(error**2))),
             float(np.mean(error)),
-            _interval(draws[name].mae, tests),
-            _interval(draws[name].rmse, tests),
-            _interval(draws[name].bias, tests),
+            interval_of(draws[name].mae, tests),
+            interval_of(draws[name].rmse, tests),
+            interval_of(draws[name].bias, tests),
             float(np.mean(best == k)),
         )
         for k, (name, error) in enumerate(errors.items())
@@ -339,19 +239,8 @@ def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.rando
     return Comparison(results, ranking, clear, tests, len(group), table)
 
 
-def _interval(values: FloatArray, tests: int) -> tuple[float, float]:
-    if tests < 2:
-        return (float("nan"), float("nan"))
-    low, high = np.quantile(values, [0.025, 0.975])
-    return float(low), float(high)
-
-
 def _shown(interval: tuple[float, float], sign: str = "") -> str:
     low, high = interval
     return (
         f"{'[not known]':<{18 + 2 * len(sign)}}" if np.isnan(low) else f"[{low:{sign}.5f}, {high:{sign}.5f}]"
     )
-
-
-def _plain(interval: tuple[float, float]) -> list[float] | None:
-    return None if np.isnan(interval[0]) else list(interval)

@@ -7,7 +7,7 @@ look for rivals, for a second effect, and for structure that no effect explains.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,46 +21,35 @@ from ..common.processes.stages import Stages
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import Campaign, prepare
-from ..estimation.campaign.curves import spline_columns
 from ..estimation.campaign.factors import factors_of
 from ..estimation.campaign.own_heat import without_own_heat
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
 from ..estimation.noise.odd_tests import odd_tests, without_tests
 from ..estimation.search.base_law import BaseLaw, base_law, polynomial_columns
-from ..estimation.search.between_tests import metadata_that_sets_tests_apart
 from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
-from ..estimation.search.importance import LEAST_SHARE, error_share, weighted_rms
-from ..estimation.search.scan import Fit
-from ..estimation.search.search_round import SearchRound, distrust_outliers, search, testable
-from ..estimation.search.significance import stays_first
-from ..estimation.search.structure import Misfit, Structure, find_structure, own_misfit
-from ..estimation.search.unseen_loads import AS_GOOD, constant
-from ..estimation.search.zero_reading import judge_zero
+from ..estimation.search.search_round import distrust_outliers
+from ..estimation.search.unseen_loads import testable
 from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
 from ..models.domain import Domain
 from .answer.diagnosis import Diagnosis
 from .assembly import Judged, assemble
-from .judge.confirm import MOST_NAMED, Confirm
+from .effect_search import EffectSearch
+from .formulas.offers import FormulaOffer
+from .formulas.search import Missing, offers
+from .judge.confirm import Confirm
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
 from .judge.unseen_tests import UnseenTests, refitted
-from .judge.verdict import LEVEL, SECOND_LEVEL, Evidence, decide, named_verdict
-from .offered_formulas import formulas_for
+from .judge.verdict import decide, named_verdict
 
 #: Averages that must be left beside the numbers of the base.
 SPARE = 3
 #: Above this share of spikes the records have to be repaired first; the verdict is ``data_problem``.
 MOST_SPIKES = 0.04
-#: If the winner comes first again less often than this, the second effect counts as a rival.
-SURE = 0.5
-#: Knots of the curves along the loads of the first effect while a second one is sought.
-FREED = 8
-#: A second effect must carry this share of the squared contribution of both.
-SECOND_SHARE = 0.05
-#: The same where unseen tests have to confirm it.
-SMALL_SHARE = 0.01
+#: Verdicts that leave structure unexplained, for which empirical terms are sought.
+UNEXPLAINED = ("unknown_structure", "partly_explained")
 BESIDE_A_SHIFT = (
     "what is named was seen beside a change of the {base} model that is linear in the loads: the model was fitted to data "
     "that hold the effect, or is off by such a change itself"
@@ -128,7 +117,7 @@ def diagnose(
     notes += said
     whole = (measured, base_law(base.model, measured, seed)) if refitted(base) else (campaign, base)
     judged = _judge(campaign, base, candidates, seed, floor, whole, stages)
-    if base.fixed and judged.verdict in {"unknown_structure", "partly_explained"}:
+    if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign, 1))
         if _spare(campaign, shifted) >= SPARE:
@@ -144,7 +133,7 @@ def diagnose(
     answer = assemble(campaign, base, judged, mu, whole)
     stages(90, "empirical terms")
     if not base.fixed:  # what is taken as it is cannot be refitted with a term
-        answer.formulas = formulas_for(answer.verdict, campaign, judged, seed)
+        answer.formulas = _formulas_for(answer.verdict, campaign, judged, seed)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     stages(100, "the answer")
     return answer
@@ -174,40 +163,25 @@ def _judge(
 ) -> Judged:
     """Search, weigh and decide, for a base with given columns; `whole` is what is refitted to predict unseen tests."""
     stages(20, "what fits best")
-    found = _search_twice(campaign, base, candidates, seed, floor)
-    candidates, notes = judge_zero(campaign, found, candidates)
-    evidence, chosen = _weigh(campaign, base, found, candidates, seed)
-    kinds = {c.effect.name: c.effect.kind for c in candidates}
+    searched = EffectSearch(campaign, base, candidates, seed, floor)
+    evidence, chosen = searched.weigh(_share_outside(campaign, base))
+    kinds = {c.effect.name: c.effect.kind for c in searched.candidates}
     verdict = decide(evidence, kinds)
     if campaign.spikes > MOST_SPIKES and verdict != "out_of_domain":
-        return Judged(found, evidence, Confirmation("data_problem", [], None, 0.0, []), list(notes))
-    if verdict == "out_of_domain":
-        return Judged(found, evidence, Confirmation(verdict, [], None, 0.0, []), list(notes))
+        verdict = "data_problem"
+    if campaign.spikes > MOST_SPIKES or verdict == "out_of_domain":
+        return Judged(searched.found, evidence, Confirmation(verdict), searched.notes)
     stages(30, "tests that a fit did not see")
     unseen = UnseenTests(*whole, seed, stages.until(75))
-    confirm = Confirm(campaign, unseen, found)
-
-    searched: dict[tuple[tuple[str, int], ...], list[Fit]] = {}
-
-    def further(kept: Sequence[Fit]) -> list[Fit]:
-        known = tuple((f.name, f.index) for f in kept)
-        if known not in searched:  # the judge asks again when it looks for rivals
-            searched[known] = _further_effects(
-                campaign, base, kept, found, candidates, seed, SMALL_SHARE, LEVEL
-            )
-        return searched[known]
-
-    confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent, further)
-    return Judged(found, evidence, confirmed, list(notes), unseen)
+    confirm = Confirm(campaign, unseen, searched.found, searched.further)
+    confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent)
+    return Judged(searched.found, evidence, confirmed, searched.notes, unseen)
 
 
 def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
     """Refuse data that the base alone can fit exactly.
 
-    Raises
-    ------
-    InputError
-        No load varies, or hardly more averages than the base has numbers.
+    Raises InputError: no load varies, or hardly more averages than the base has numbers.
     """
     if not any(campaign.varies(n) for n in LOAD_NAMES):
         raise InputError(
@@ -235,120 +209,6 @@ def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:
     return np.maximum(base.columns @ coefficients + base.offset, 1e-4)
 
 
-def _search_twice(
-    campaign: Campaign, base: BaseLaw, candidates: list[Candidate], seed: int, floor: NoiseFloor | None
-) -> SearchRound:
-    """Search, then once more with a floor that knows the winner: a sharp effect inflates the first floor."""
-    apart = metadata_that_sets_tests_apart(campaign, base, candidates)
-    found = search(campaign, base, None, candidates, seed, floor, also_in_mean=apart)
-    winner = found.winner
-    if winner is None or found.p_value(winner) >= 0.2:
-        return found
-    beside = np.column_stack([apart, _columns(winner)])
-    again = search(campaign, base, None, candidates, seed, found.floor, also_in_mean=beside)
-    again.least_p = found.p_value(winner)
-    return again
-
-
-def _columns(fit: Fit) -> FloatArray:
-    """Return the basis of a fit in the bins, shape (m, amplitudes)."""
-    return fit.prepared.candidate.columns[:, fit.index]
-
-
-def _share(campaign: Campaign, found: SearchRound, fit: Fit) -> float:
-    """Return the share of the squared error that a fit carries, the floor included."""
-    rms = weighted_rms(found.change(fit), campaign.count)
-    return error_share(rms, found.floor.total)
-
-
-def _weigh(
-    campaign: Campaign, base: BaseLaw, found: SearchRound, candidates: list[Candidate], seed: int
-) -> tuple[Evidence, list[Fit]]:
-    """Collect the evidence; return it with the effects that belong to the answer."""
-    _large_ones_first(campaign, found)
-    winner = found.winner
-    outside = _share_outside(campaign, base)
-    p = found.p_value(winner) if winner else 1.0
-    share = _share(campaign, found, winner) if winner else 0.0
-    present = winner is not None and p < LEVEL and share > LEAST_SHARE
-    if winner is None or not present:
-        structure = find_structure(campaign, found, np.empty((len(found.y), 0)), seed)
-        part = _part(structure, found)
-        return Evidence(found, winner, p, share, [], Misfit(), structure, part, outside), []
-    confusion = found.confusion_set()
-    if len(confusion) == 1 and len(found.ranking) > 1 and stays_first(found.ranking, found.simulated) < SURE:
-        confusion.append(found.ranking[1].name)
-    chosen: list[Fit] = [winner]
-    while True:
-        signal = np.column_stack([found.whiten(_columns(f)) for f in chosen])
-        structure = find_structure(campaign, found, signal, seed)
-        misfit = own_misfit(campaign, found, winner, signal)
-        part = _part(structure, found)
-        evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
-        if len(chosen) == MOST_NAMED or (len(chosen) > 1 and not evidence.unexplained):
-            return evidence, chosen
-        more = _further_effects(campaign, base, chosen, found, candidates, seed)
-        if not more:
-            return evidence, chosen
-        chosen.append(more[0])
-
-
-def _large_ones_first(campaign: Campaign, found: SearchRound) -> None:
-    """If the first effect is too small to matter, let a significant larger one lead.
-
-    An effect that varies along tests is seen in many averages. Even traces of it, as errors of a twin leave them, may gain
-    more than an effect that sets the level of tests.
-    """
-    for fit in found.ranking[:4]:
-        if fit.gain < AS_GOOD * found.ranking[0].gain or found.p_value(fit) >= LEVEL:
-            return
-        if _share(campaign, found, fit) > LEAST_SHARE:
-            rest = [f for f in found.ranking if f is not fit]
-            large = [f for f in rest if f.gain < fit.gain or _share(campaign, found, f) > LEAST_SHARE]
-            found.ranking = [fit, *large, *(f for f in rest if not any(f is x for x in large))]
-            return
-
-
-def _part(structure: Structure, found: SearchRound) -> float:
-    return error_share(structure.rms, found.floor.total)
-
-
-def _further_effects(
-    campaign: Campaign,
-    base: BaseLaw,
-    known: Sequence[Fit],
-    found: SearchRound,
-    candidates: list[Candidate],
-    seed: int,
-    share: float = SECOND_SHARE,
-    level: float = SECOND_LEVEL,
-) -> list[Fit]:
-    """Return effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
-
-    Each carries at least `share` of the squared contribution of all, and is significant at `level`.
-    """
-    first = tuple(dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in known))
-    names = {f.name for f in known}
-    others = [c for c in candidates if c.effect.driver[0] not in first and c.effect.name not in names]
-    if not others:
-        return []
-    freed = np.column_stack([*(_columns(f) for f in known), spline_columns(campaign, first, FREED)])
-    apart = metadata_that_sets_tests_apart(campaign, base, others)
-    again = search(campaign, base, freed, others, seed, found.floor, also_in_mean=apart)
-    # the gain counts what varies within tests many times over: the sizes are compared in mu
-    size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)
-    kept = []
-    for more in again.ranking:
-        # curves along its loads show as much, or a load that it needs stays the same: the plan does not excite what it is about
-        if more.name in again.by_parts or constant(more.prepared.candidate.effect, campaign):
-            continue
-        own = weighted_rms(again.change(more), campaign.count) ** 2
-        large = own > share * (size + own) and _share(campaign, again, more) > LEAST_SHARE
-        if large and again.p_value(more) < level:
-            kept.append(more)
-    return kept
-
-
 def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     """Return the share of the points outside the domain that the model was trained on; 0 if it has none."""
     model = base.model
@@ -363,3 +223,23 @@ def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     if isinstance(domain, Domain):
         domain = domain.without(campaign.absent)
     return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
+
+
+def _formulas_for(verdict: str, campaign: Campaign, judged: Judged, seed: int) -> list[FormulaOffer]:
+    """Return the empirical terms that are offered beside what is named; none for other verdicts or with too few tests."""
+    shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
+    if verdict not in UNEXPLAINED or shares is None or unseen is None:
+        return []
+    before = unseen.errors([f.effect for f in judged.chosen]).total
+    missing = Missing(
+        campaign=campaign,
+        columns=np.column_stack([found.columns, *(f.columns for f in judged.chosen)]),
+        y=found.y,
+        whiten=found.whiten,
+        fold_of_test=unseen.fold_of_test,
+        before=before,
+        best=shares.best,
+        seed=seed,
+        sloping=found.columns.shape[1] == 1,
+    )
+    return offers(missing)

@@ -21,8 +21,8 @@ from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel
 from ..models.measures import error_measures
-from .comparison import before_and_after
-from .judge.unseen_tests import folds_of_tests, names_of, predicted_unseen
+from .judge.unseen_tests import folds_of, names_of, predicted_unseen
+from .resampling import before_and_after
 
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
@@ -128,7 +128,7 @@ def refine(
         return plain.record_data(data.attrs).record_tests(data)
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
-    fold = folds_of_tests(len(campaign.tests), seed)[campaign.place][campaign.point_test]
+    fold = folds_of(campaign, seed)[campaign.point_test]
     folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
     before, after = np.full(len(mu), np.nan), np.full(len(mu), np.nan)
     fitted: Any = None

@@ -12,7 +12,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from friction_models.common import InputError
-from friction_models.discovery.comparison import FEWEST_TESTS, SAME, Comparison, compare, resampled
+from friction_models.discovery.comparison import Comparison, compare
+from friction_models.discovery.resampling import FEWEST_TESTS, SAME, resampled
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.loads import LOAD_NAMES, MU, DataSet, FloatArray, TriboLoads
 from friction_models.models.domain import known_domain

@@ -8,7 +8,7 @@ import pytest
 from friction_models import LinearFriction
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.fit.joint_fit import JointProblem, solve_jointly
+from friction_models.estimation.fit.joint_problem import JointProblem, solve_jointly
 from friction_models.estimation.search.base_law import base_law
 
 from .estimation_cases import measured

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.noise.noise_floor import Layout, NoiseFloor, Whitener, estimate
+from friction_models.estimation.noise.layout import Layout
+from friction_models.estimation.noise.noise_floor import NoiseFloor, Whitener, estimate
 
 from .estimation_cases import measured
 

@@ -13,7 +13,7 @@ from fmus.runtime.fixed_friction import read_friction_fmu
 from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import diagnose
-from friction_models.estimation.fit.joint_fit import LEAST_TESTS
+from friction_models.estimation.fit.joint_problem import LEAST_TESTS
 from friction_models.loads import DataSet, TriboLoads
 from friction_models.models.onnx_model import OnnxModel
 from orchestrator.cli.main import run

@@ -23,17 +23,8 @@ def budget_numbers(
 ) -> tuple[NoiseFloorNumbers, ErrorBudget]:
     """Return noise floor and error budget; the squares of the budget add up to the mean square of `residual`.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-    confirmed : Confirmation
-    level : LevelOffset
-        Of a model that is taken as it is.
-    residual : ndarray, shape (m,)
-        What the model, as users have it, leaves in the bins.
-    structure : float
-        RMS of structure beside the names, where no tests could be left out.
+    `level` is that of a model that is taken as it is, `residual` what the model, as users have it, leaves in the bins, shape
+    (m,), and `structure` the RMS of structure beside the names, where no tests could be left out.
     """
     floor = found.floor.to_dict()
     whole = _mean_square(campaign, residual)

@@ -12,13 +12,7 @@ from .findings import Findings
 
 
 def read_diagnosis(path: Path) -> dict[str, object]:
-    """Return what ``diagnose --json`` wrote earlier.
-
-    Raises
-    ------
-    InputError
-        The file is no diagnosis.
-    """
+    """Return what ``diagnose --json`` wrote earlier. Raises InputError: the file is no diagnosis."""
     content = read_json(path)
     if not isinstance(content, dict) or content.get("verdict") not in VERDICTS:
         raise InputError(f"{path}: no diagnosis; allowed: a file that diagnose --json wrote")

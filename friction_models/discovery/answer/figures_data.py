@@ -39,24 +39,16 @@ def mapped_loads(averages: pd.DataFrame) -> tuple[str, str] | None:
 
 @dataclass(frozen=True)
 class LoadMap:
-    """Mean residual over two loads.
+    """Mean residual over two loads."""
 
-    Attributes
-    ----------
-    x, y : str
-        The loads.
-    x_edges, y_edges : ndarray, shape (k + 1,), (m + 1,)
-    tests : ndarray of int, shape (m, k)
-        Tests in each cell.
-    mean : dict of str to ndarray, shape (m, k)
-        By ``before`` and ``after``; NaN in cells without a test. Every test counts once in a cell.
-    """
-
+    #: The loads.
     x: str
     y: str
+    #: Shape (k + 1,), (m + 1,).
     x_edges: FloatArray
     y_edges: FloatArray
-    tests: FloatArray
+    tests: FloatArray  #: Tests in each cell, shape (m, k).
+    #: By ``before`` and ``after``; NaN in cells without a test. Every test counts once in a cell. Shape (m, k).
     mean: dict[str, FloatArray]
 
 
@@ -92,22 +84,10 @@ def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | No
 def effect_curve(
     effect: Effect, values: Mapping[str, float], averages: pd.DataFrame, driver: str
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Return the contribution of an effect to mu along one load, the others at their median.
+    """Return the contribution of an effect to mu along the load `driver`, the others at their median.
 
-    Parameters
-    ----------
-    effect : Effect
-    values : mapping
-        Its amplitudes and shape parameters.
-    averages : pandas.DataFrame
-        `Diagnosis.averages`.
-    driver : str
-        The load along which the curve is drawn.
-
-    Returns
-    -------
-    tuple of ndarray, shape (n,)
-        Load and contribution to mu; None if the effect has memory or needs metadata.
+    `values` holds its amplitudes and shape parameters, `averages` are `Diagnosis.averages`. Returns load and contribution, each
+    of shape (n,); None if the effect has memory or needs metadata.
     """
     if effect.states or effect.metadata or driver not in averages.columns or driver not in LOAD_NAMES:
         return None

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from scipy.special import stdtrit
 
 from ...estimation.campaign.binning import Campaign
 from ...estimation.fit.parameters import FittedTerm
@@ -16,6 +17,7 @@ from ...loads import LOAD_NAMES, FloatArray
 from .findings import BinnedBias, TestGroups, WorstTest
 
 BIAS_BINS = 6
+WORST = 10
 
 
 def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
@@ -25,10 +27,10 @@ def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
     return found.y - found.columns @ coefficients
 
 
-def worst_tests(campaign: Campaign, residual: FloatArray, most: int = 10) -> list[WorstTest]:
+def worst_tests(campaign: Campaign, residual: FloatArray) -> list[WorstTest]:
     """Return the tests with the largest rms residual (points weigh alike)."""
     rms = np.sqrt(campaign.of_tests(residual**2))
-    order = np.argsort(-rms, kind="stable")[:most]
+    order = np.argsort(-rms, kind="stable")[:WORST]
     return [{"test_id": campaign.tests[k], "rms": float(rms[k])} for k in order]
 
 
@@ -49,7 +51,7 @@ def averages(
     return pd.DataFrame(columns)
 
 
-def load_bins(values: FloatArray, most: int = BIAS_BINS) -> npt.NDArray[np.intp]:
+def load_bins(values: FloatArray, most: int) -> npt.NDArray[np.intp]:
     """Return the bin of each value: quantiles, those that practically coincide (levels of a plan) as one."""
     ordered = np.sort(values)
     inner: list[float] = []
@@ -79,7 +81,7 @@ def clustered_mean(
     if len(tests) < 2:
         return mean, float("nan"), len(tests)
     spread = np.sqrt(np.sum((sums - mean * totals) ** 2) * len(tests) / (len(tests) - 1)) / totals.sum()
-    return mean, float(_t_quantile(len(tests) - 1) * spread), len(tests)
+    return mean, float(stdtrit(len(tests) - 1, 0.975) * spread), len(tests)
 
 
 def binned_bias(
@@ -108,12 +110,6 @@ def binned_bias(
                 row["after"], row["after_interval"] = mean, [mean - half, mean + half]
             rows.append(row)
     return rows
-
-
-def _t_quantile(freedom: int) -> float:
-    from scipy.special import stdtrit
-
-    return float(stdtrit(freedom, 0.975))
 
 
 def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | None:

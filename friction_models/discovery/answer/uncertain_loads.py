@@ -26,24 +26,12 @@ def floor_from_loads(
 ) -> FloorFromLoads | None:
     """Return the RMS of mu in the averages that the stated uncertainties of the loads give a model with effects.
 
-    Each load is raised by its uncertainty at all points, as `load_uncertainty` does, in the base and in the effects beside it; a base
-    that is refitted is refitted to what the effects leave. The errors of a load are common to the points of a test, so that they
-    do not average out. None where the data state no uncertainty.
+    Each load is raised by its uncertainty at all points, as `load_uncertainty` does, in the base and in the effects beside it;
+    a base that is refitted is refitted to what the effects leave. The errors of a load are common to the points of a test, so
+    that they do not average out. None where the data state no uncertainty.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        As measured.
-    base : BaseLaw
-    terms : sequence of FittedTerm
-        The effects beside it.
-    mu : ndarray, shape (n,)
-        Friction coefficient that effects see.
-
-    Raises
-    ------
-    InputError
-        An uncertainty that is negative or not finite.
+    The campaign is that of the points as measured; `mu`, shape (n,), is the friction coefficient that effects see.
+    Raises InputError: an uncertainty that is negative or not finite.
     """
     stated = campaign.loads.stated_uncertainty()
     if not stated:

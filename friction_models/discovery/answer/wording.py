@@ -116,7 +116,7 @@ def sentence(
     if not evidence.found.floor.known:
         sure += "; so few tests cannot show the scatter between tests"
     sure += ")"
-    effects = [f.prepared.candidate.effect for f in chosen]
+    effects = [f.effect for f in chosen]
     labels = " and ".join(e.label for e in effects)
     what = "; ".join(e.sentence for e in effects)
     p = evidence.p_value
@@ -131,7 +131,7 @@ def sentence(
             f"predicted is left{rest} {sure}."
         )
     if verdict == "ambiguous":
-        known = {f.name: f.prepared.candidate.effect.label for f in evidence.found.ranking}
+        known = {f.name: f.effect.label for f in evidence.found.ranking}
         if len(effects) == 1:
             rivals = ", ".join(known.get(name, name) for name in confusion)
             return f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} fits best: {what} {sure}."

@@ -26,13 +26,8 @@ WAVES = ("wave", "ripple")
 class Bins:
     """Bin means of the loads and of what belongs to the model.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    columns : ndarray, shape (m, p)
-        The model and the named effects in the bins: free coefficients.
-    y : ndarray, shape (m,)
-        Bin means of mu without the fixed part of the model.
+    `columns`, shape (m, p), are the model and the named effects in the bins: free coefficients. `y`, shape (m,), is mu there
+    without the fixed part of the model.
     """
 
     def __init__(self, campaign: Campaign, columns: FloatArray, y: FloatArray) -> None:

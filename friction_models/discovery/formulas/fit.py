@@ -22,31 +22,18 @@ Shapes = list[dict[str, float]]
 
 @dataclass(frozen=True)
 class Fitted:
-    """Terms after a fit to all tests.
-
-    Attributes
-    ----------
-    shapes : list of dict of str to float
-    amplitudes : ndarray, shape (effects,)
-    """
+    """Terms after a fit to all tests."""
 
     shapes: Shapes
-    amplitudes: FloatArray
+    amplitudes: FloatArray  #: Shape (effects,).
 
 
 def fit(
     bins: Bins, weigh: Weigh, effects: Sequence[Empirical], start: Sequence[Mapping[str, float]]
 ) -> Fitted:
-    """Fit terms beside the model, from scan values on.
+    """Fit terms beside the model, from the shape parameters `start` of each on.
 
-    Parameters
-    ----------
-    bins : Bins
-    weigh : callable
-        Turns bin means into numbers of the same weight.
-    effects : sequence of Effect
-    start : sequence of mapping
-        Shape parameters of each.
+    `weigh` turns bin means into numbers of the same weight.
     """
     problem = _Problem(bins, weigh, effects, start)
     shapes = problem.shapes()

@@ -31,16 +31,10 @@ PRODUCTS = (
 def terms(
     loads: tuple[str, ...], sloping: bool = False, logarithms: tuple[str, ...] = ("v_rel",)
 ) -> tuple[Term, ...]:
-    """Return all terms over some loads, the simplest first.
+    """Return all terms over loads that vary, the simplest first.
 
-    Parameters
-    ----------
-    loads : tuple of str
-        Those that vary.
-    sloping : bool
-        Whether the terms keep their straight part, for a base without slopes.
-    logarithms : tuple of str
-        Loads whose logarithm is a quantity, too.
+    `sloping` terms keep their straight part, for a base without slopes; `logarithms` are loads whose logarithm is a quantity,
+    too.
 
     Examples
     --------

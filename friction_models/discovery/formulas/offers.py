@@ -15,27 +15,6 @@ class FormulaOffer:
 
     All errors are those of whole tests that took no part: for each fold of the tests, the terms were chosen and fitted anew without it.
 
-    Attributes
-    ----------
-    name : str
-        What `refine` adds, ``empirical:bump(T)``; of several terms, their names joined by ``and``.
-    equation : str
-        With numbers.
-    share : float
-        Share of the squared error known to be avoidable on unseen tests that it removes there. Avoidable is what the flexible
-        reference or this term removes, whichever is more: nobody knows more of it.
-    interval : tuple of float
-        95 % interval of it over the tests.
-    stability : float
-        Share of resamples of whole tests in which a term of the same loads and kind of curve comes first; the least of several.
-    effects : tuple of Effect
-    rms : tuple of float
-        Error of mu on unseen tests, before and after, the scatter of the tests included.
-    shapes : tuple of dict
-        Fitted shape parameters of each effect.
-    curves : tuple of TermCurve
-        What it adds to mu, with interval.
-
     Examples
     --------
     >>> from friction_models.effects import make_effect
@@ -44,15 +23,20 @@ class FormulaOffer:
     ('T',)
     """
 
-    name: str
-    equation: str
+    name: str  #: What `refine` adds, ``empirical:bump(T)``; of several terms, their names joined by ``and``.
+    equation: str  #: With numbers.
+    #: Share of the squared error known to be avoidable on unseen tests that it removes there. Avoidable is what the flexible
+    #: reference or this term removes, whichever is more: nobody knows more of it.
     share: float
-    interval: tuple[float, float]
+    interval: tuple[float, float]  #: 95 % interval of it over the tests.
+    #: Share of resamples of whole tests in which a term of the same loads and kind of curve comes first; the least of several.
     stability: float
     effects: tuple[Effect, ...] = field(repr=False)
+    #: Error of mu on unseen tests, before and after, the scatter of the tests included.
     rms: tuple[float, float] = (float("nan"), float("nan"))
+    #: Fitted shape parameters of each effect.
     shapes: tuple[dict[str, float], ...] = field(default=(), repr=False)
-    curves: tuple[TermCurve, ...] = field(default=(), repr=False)
+    curves: tuple[TermCurve, ...] = field(default=(), repr=False)  #: What it adds to mu, with interval.
 
     @property
     def names(self) -> list[str]:

@@ -24,23 +24,13 @@ LEVELS = (0.1, 0.5, 0.9)
 
 @dataclass(frozen=True)
 class TermCurve:
-    """What one term adds to mu, as fitted.
+    """What one term adds to mu, as fitted."""
 
-    Attributes
-    ----------
-    term : str
-        Name of the effect.
-    load : str
-        Along which it is drawn.
-    at : str
-        Where its second load is held, ``psi = 1.4``; empty for a term of one load.
-    x, y, low, high : ndarray, shape (places,)
-        Values of the load within the tests; what is added to mu; 95 % interval of it, tests counting as one observation each.
-    """
-
-    term: str
-    load: str
-    at: str
+    term: str  #: Name of the effect.
+    load: str  #: Along which it is drawn.
+    at: str  #: Where its second load is held, ``psi = 1.4``; empty for a term of one load.
+    #: Values of the load within the tests; what is added to mu; 95 % interval of it, tests counting as one observation each.
+    #: Shape (places,).
     x: FloatArray
     y: FloatArray
     low: FloatArray
@@ -48,16 +38,7 @@ class TermCurve:
 
 
 def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Empirical], fitted: Fitted) -> list[TermCurve]:
-    """Return the curves of fitted terms.
-
-    Parameters
-    ----------
-    bins : Bins
-    weigh : callable
-        As for the fit.
-    effects : sequence of Effect
-    fitted : Fitted
-    """
+    """Return the curves of fitted terms; `weigh` is that of the fit."""
 
     def in_bins(shapes: Shapes) -> FloatArray:
         return np.column_stack([bins.evaluate(e, s) for e, s in zip(effects, shapes, strict=True)])
@@ -121,8 +102,7 @@ def _covariance(
     known = np.column_stack([bins.columns, in_bins(fitted.shapes)])
     white, y = weigh(known), weigh(bins.y)
     rest = y - white @ np.linalg.lstsq(white, y, rcond=1e-9)[0]
-    starts = np.flatnonzero(np.r_[True, np.diff(bins.campaign.test) != 0])
-    scores = np.add.reduceat(J * rest[:, None], starts, axis=0)
+    scores = np.add.reduceat(J * rest[:, None], bins.campaign.first_bins, axis=0)
     inverse = np.linalg.pinv(J.T @ J, rcond=1e-8)
     whole = inverse @ (scores.T @ scores) @ inverse / np.outer(scale, scale)
     base = bins.columns.shape[1]

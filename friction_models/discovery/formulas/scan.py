@@ -24,66 +24,35 @@ FURTHER = 110
 
 @dataclass(frozen=True)
 class Column:
-    """A term at one set of scan values.
-
-    Attributes
-    ----------
-    term : Term
-    shape : dict of str to float
-    values : ndarray, shape (m,)
-        In the bins.
-    """
+    """A term at one set of scan values."""
 
     term: Term
     shape: dict[str, float]
-    values: FloatArray
+    values: FloatArray  #: In the bins, shape (m,).
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A choice of tests to which everything linear is fitted.
+    """A choice of tests to which everything linear is fitted."""
 
-    Attributes
-    ----------
-    weight : ndarray, shape (tests,)
-        How often each test counts.
-    group : int
-        Number of the choice of tests for which terms are looked for.
-    """
-
-    weight: FloatArray
-    group: int
+    weight: FloatArray  #: How often each test counts, shape (tests,).
+    group: int  #: Number of the choice of tests for which terms are looked for.
 
 
 @dataclass(frozen=True)
 class Tried:
-    """One term on tests that a fit did not see.
-
-    Attributes
-    ----------
-    term : Term
-    columns : list of Column or None
-        For each group the best scan values; None where it cannot be seen.
-    residuals : list of ndarray
-        For each fit what it leaves of mu in the bins of tests that it does not count.
-    """
+    """One term on tests that a fit did not see."""
 
     term: Term
-    columns: list[Column | None]
+    columns: list[Column | None]  #: For each group the best scan values; None where it cannot be seen.
+    #: For each fit what it leaves of mu in the bins of tests that it does not count.
     residuals: list[FloatArray]
 
 
 class Scan:
-    """Terms beside a model and beside what was chosen for each group of tests.
+    """Terms beside a model and beside what was chosen for each group of tests, equally many for each.
 
-    Parameters
-    ----------
-    bins : Bins
-    whiten : Whitener
-    chosen : sequence of sequence of Column
-        For each group, equally many.
-    fits : sequence of Fit
-        The first ones are those to all tests of each group, in their order.
+    The first fits are those to all tests of each group, in their order.
     """
 
     def __init__(

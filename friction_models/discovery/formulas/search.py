@@ -13,7 +13,7 @@ from ...effects import empirical_effect
 from ...effects.empirical.effect import numbered
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.noise_floor import Whitener
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ..judge.error_budget import lead
 from .bins import Bins
 from .fit import fit
@@ -35,51 +35,27 @@ COMPARABLE, LEAST_STABLE = 0.7, 0.15
 
 @dataclass
 class Missing:
-    """What is missing, as unseen tests show it.
+    """What is missing, as unseen tests show it."""
 
-    Attributes
-    ----------
-    campaign : Campaign
-        As it was searched.
-    columns : ndarray, shape (m, p)
-        The model and what is named, in the bins.
-    y : ndarray, shape (m,)
-        Bin means of mu without the fixed part of the model.
-    whiten : Whitener
-    fold_of_test : ndarray of int, shape (tests,)
-    before : ndarray, shape (tests,)
-        Mean squared error of each unseen test of the model with what is named.
-    best : float
-        Mean squared error of the best prediction that is known.
-    seed : int
-    sloping : bool
-        Whether the model has no slopes, so that terms keep theirs.
-    """
-
-    campaign: Campaign
-    columns: FloatArray
-    y: FloatArray
+    campaign: Campaign  #: As it was searched.
+    columns: FloatArray  #: The model and what is named, in the bins, shape (m, p).
+    y: FloatArray  #: Bin means of mu without the fixed part of the model, shape (m,).
     whiten: Whitener
-    fold_of_test: npt.NDArray[np.intp]
+    fold_of_test: npt.NDArray[np.intp]  #: Shape (tests,).
+    #: Mean squared error of each unseen test of the model with what is named, shape (tests,).
     before: FloatArray
-    best: float
+    best: float  #: Mean squared error of the best prediction that is known.
     seed: int = 0
-    sloping: bool = False
+    sloping: bool = False  #: Whether the model has no slopes, so that terms keep theirs.
 
 
 def offers(missing: Missing) -> list[FormulaOffer]:
-    """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first.
-
-    Parameters
-    ----------
-    missing : Missing
-    """
+    """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first."""
     if len(missing.before) < LEAST_TESTS:
         return []
     campaign = missing.campaign
-    names = tuple(n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n))
     bins = Bins(campaign, missing.columns, missing.y)
-    tried = terms(names, missing.sloping, bins.logarithms)
+    tried = terms(tuple(campaign.varied), missing.sloping, bins.logarithms)
     found = select(bins, missing.whiten, missing.fold_of_test, tried, missing.seed)
     if not found.all.chosen:
         return []
@@ -116,14 +92,7 @@ def _offer(
 ) -> FormulaOffer:
     """Return terms with what they take from the error of unseen tests.
 
-    Parameters
-    ----------
-    missing : Missing
-    bins : Bins
-    columns : sequence of Column
-    squares : ndarray, shape (tests,)
-        Mean squared error of each test by terms that were chosen without it.
-    stability : float
+    `squares`, shape (tests,), are mean squared errors of each test by terms that were chosen without it.
     """
     effects = [empirical_effect(str(c.term))() for c in columns]
     start = [

@@ -32,19 +32,11 @@ NO_LEAD, NO_GAIN = 1.0, 0.02
 
 @dataclass(eq=False)
 class Group:
-    """Tests for which terms are looked for, and what was chosen.
+    """Tests for which terms are looked for, and what was chosen."""
 
-    Attributes
-    ----------
-    weight : ndarray, shape (tests,)
-        1 for its tests.
-    chosen : list of Column
-    errors : list of ErrorsByTest
-        Of each test by fits to others, without a term, with the first one, and so on.
-    """
-
-    weight: FloatArray
+    weight: FloatArray  #: 1 for its tests, shape (tests,).
     chosen: list[Column] = field(default_factory=list)
+    #: Of each test by fits to others, without a term, with the first one, and so on.
     errors: list[ErrorsByTest] = field(default_factory=list)
 
     @property
@@ -70,20 +62,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A term of one round for all tests.
-
-    Attributes
-    ----------
-    column : Column
-    errors : ErrorsByTest
-        Of each test by fits to others.
-    stability : float
-        Share of resamples of whole tests in which a term of the same loads and kind of curve predicts the tests that were
-        not drawn best.
-    """
+    """A term of one round for all tests."""
 
     column: Column
-    errors: ErrorsByTest
+    errors: ErrorsByTest  #: Of each test by fits to others.
+    #: Share of resamples of whole tests in which a term of the same loads and kind of curve predicts the tests that were not
+    #: drawn best.
     stability: float
 
     @property
@@ -94,23 +78,12 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Selection:
-    """What was chosen, and how well the choice itself predicts.
+    """What was chosen, and how well the choice itself predicts."""
 
-    Attributes
-    ----------
-    all : Group
-        With all tests.
-    rounds : list of list of Ranked
-        Terms of each round that were tried, the smallest error first.
-    stability : list of float
-        Of each chosen term.
-    squares : ndarray, shape (tests,)
-        Mean squared error of each test by terms that were chosen and fitted without the tests of its fold.
-    """
-
-    all: Group
-    rounds: list[list[Ranked]]
-    stability: list[float]
+    all: Group  #: With all tests.
+    rounds: list[list[Ranked]]  #: Terms of each round that were tried, the smallest error first.
+    stability: list[float]  #: Of each chosen term.
+    #: Mean squared error of each test by terms that were chosen and fitted without the tests of its fold, shape (tests,).
     squares: FloatArray
 
 
@@ -119,15 +92,7 @@ def select(
 ) -> Selection:
     """Add terms one after the other while unseen tests are predicted better.
 
-    Parameters
-    ----------
-    bins : Bins
-    whiten : Whitener
-    fold : ndarray of int, shape (tests,)
-        Of each test.
-    terms : sequence of Term
-    seed : int
-        Of the resamples.
+    `fold`, shape (tests,), is that of each test, `seed` that of the resamples.
     """
     tests = len(fold)
     draws = np.random.default_rng([seed, 7]).integers(tests, size=(RESAMPLES, tests))

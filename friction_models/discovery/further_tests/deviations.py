@@ -17,13 +17,8 @@ BEND = 0.25
 class Deviations:
     """Gaussian processes along single loads, as columns whose coefficients have variance one.
 
-    Unlike splines they do not run away beyond the tested range; there they are as uncertain as they were before any test.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    tests : sequence of PlannedTest
-        Further tests on which the curves are asked for.
+    Unlike splines they do not run away beyond the tested range; there they are as uncertain as they were before any test. They
+    are asked for on the further `tests`, too.
     """
 
     def __init__(self, campaign: Campaign, tests: Sequence[PlannedTest]) -> None:

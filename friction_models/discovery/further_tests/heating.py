@@ -17,14 +17,9 @@ _HOT = 6.55
 
 @dataclass(frozen=True)
 class Heating:
-    """``rise = exp(c) (sigma_n)^p (v_rel + 0.5)^q (sd + 0.5)^r`` [K, MPa, mm/s, mm].
+    """``rise = exp(c) (sigma_n)^p (v_rel + 0.5)^q (sd + 0.5)^r`` [K, MPa, mm/s, mm]."""
 
-    Attributes
-    ----------
-    exponents : ndarray, shape (4,), or None
-        c, p, q, r; None if no test was warm enough: no rise is predicted.
-    """
-
+    #: c, p, q, r; None if no test was warm enough: no rise is predicted. Shape (4,).
     exponents: FloatArray | None
 
     @classmethod

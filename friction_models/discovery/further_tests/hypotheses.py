@@ -41,44 +41,20 @@ FLAT = 1e-8
 
 @dataclass(frozen=True)
 class _Possible:
-    """One set of shapes of a hypothesis: coefficients of base, effect and deviations.
+    """One set of shapes of a hypothesis: coefficients of base, effect and deviations."""
 
-    Attributes
-    ----------
-    index : int or None
-        Which set of shapes; None for "none of the catalogue".
-    used : list of int
-        Amplitudes that are not zero.
-    share : float
-        Of the hypothesis.
-    mean : ndarray, shape (d,)
-    root : ndarray, shape (d, d)
-        The covariance is ``root @ root.T``.
-    """
-
-    index: int | None
-    used: list[int]
-    share: float
-    mean: FloatArray
-    root: FloatArray
+    index: int | None  #: Which set of shapes; None for "none of the catalogue".
+    used: list[int]  #: Amplitudes that are not zero.
+    share: float  #: Of the hypothesis.
+    mean: FloatArray  #: Shape (d,).
+    root: FloatArray  #: The covariance is ``root @ root.T``, shape (d, d).
 
 
 class Hypotheses:
     """Effects that may be true, and "none of the catalogue" as the last one.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-    mu : ndarray, shape (n,)
-        Friction of the base at every point, for effects that need one.
-    base : BaseLaw
-    fits : sequence of Fit
-        The effects.
-    prior : ndarray, shape (len(fits) + 1,)
-        Probability of each, that of none last.
-    tests : sequence of PlannedTest
-        All tests that may be asked for.
+    `mu`, shape (n,), is the friction of the base at every point, for effects that need one; `prior`, shape (len(fits) + 1,),
+    the probability of each effect, that of none last; `tests` are all that may be asked for.
     """
 
     def __init__(
@@ -200,18 +176,14 @@ class Hypotheses:
         """Return the loads along which the form of an effect may deviate."""
         if fit is None:
             return self._varied
-        return [d for d in fit.prepared.candidate.effect.driver if d in self._varied]
+        return [d for d in fit.effect.driver if d in self._varied]
 
     # --- what further tests would show ------------------------------------------------------------
 
     def predict(self, tests: Sequence[PlannedTest], noise: float = 1.0) -> Outcomes:
         """Return what each hypothesis predicts of some tests, run once each.
 
-        Parameters
-        ----------
-        tests : sequence of PlannedTest
-        noise : float
-            Factor on the variance of offset, drift and sensor: 1/n for the mean of n repeats.
+        `noise` is a factor on the variance of offset, drift and sensor: 1/n for the mean of n repeats.
         """
         fits = [*self.fits, None]
         owner, share, means, covariances = [], [], [], []

@@ -25,17 +25,6 @@ MOST = 50.0
 class Outcomes:
     """What hypotheses predict of the outcome of one or several tests.
 
-    Attributes
-    ----------
-    prior : ndarray, shape (h,)
-        Probability of each hypothesis; their sum is 1.
-    owner : ndarray of int, shape (c,)
-        Hypothesis of each normal distribution.
-    share : ndarray, shape (c,)
-        Its share in the mixture of the hypothesis.
-    mean : ndarray, shape (c, n)
-    covariance : ndarray, shape (c, n, n)
-
     Examples
     --------
     Two equal rivals that predict means ten standard deviations apart: a test tells everything, one bit.
@@ -46,11 +35,11 @@ class Outcomes:
     (1.0, 10)
     """
 
-    prior: FloatArray
-    owner: npt.NDArray[np.intp]
-    share: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
+    prior: FloatArray  #: Probability of each hypothesis; their sum is 1. Shape (h,).
+    owner: npt.NDArray[np.intp]  #: Hypothesis of each normal distribution, shape (c,).
+    share: FloatArray  #: Its share in the mixture of the hypothesis, shape (c,).
+    mean: FloatArray  #: Shape (c, n).
+    covariance: FloatArray  #: Shape (c, n, n).
 
     @cached_property
     def _drawn(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray]:

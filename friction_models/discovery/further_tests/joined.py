@@ -11,27 +11,12 @@ from ...loads import LOADS, DataSet
 
 
 def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]]:
-    """Return the tests of several campaigns with one lubricant as one data set.
+    """Return the tests of several campaigns with one lubricant as one data set, and a sentence for each thing that was changed.
 
-    A test whose name is taken is renamed to ``CAMPAIGN TEST``. Tests without a role are for training. The run order
-    continues from campaign to campaign. Points keep the columns that all campaigns have; missing cells of the test table
-    stay empty.
-
-    Parameters
-    ----------
-    campaigns : mapping of str to DataSet
-        By name, in the order in which they were run.
-
-    Returns
-    -------
-    data : DataSet
-    remarks : list of str
-        One sentence for each thing that was changed.
-
-    Raises
-    ------
-    InputError
-        No campaign, or a load that some campaigns hold and others lack.
+    The campaigns stand by name in the order in which they were run. A test whose name is taken is renamed to ``CAMPAIGN TEST``.
+    Tests without a role are for training. The run order continues from campaign to campaign. Points keep the columns that all
+    campaigns have; missing cells of the test table stay empty.
+    Raises InputError: no campaign, or a load that some campaigns hold and others lack.
     """
     if not campaigns:
         raise InputError("campaigns: none was given; allowed: at least one")

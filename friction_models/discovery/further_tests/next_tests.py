@@ -69,30 +69,14 @@ def propose(
     rivals: list[Fit],
     mu: FloatArray,
     base: BaseLaw,
-    doubt: float = 0.1,
+    doubt: float,
 ) -> tuple[list[NextTest], list[str]]:
-    """Return the tests that are expected to reduce the entropy of the answer most per test.
+    """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-        The scan that gave the rivals.
-    rivals : list of Fit
-        What the data do not tell apart, the winner first.
-    mu : ndarray, shape (n,)
-        Friction of the base, for effects that need one.
-    base : BaseLaw
-        What else is refitted.
-    doubt : float
-        Probability that none of the catalogue is the answer.
-
-    Returns
-    -------
-    proposals : list of NextTest
-        The most bits per test first; of each protocol the best settings.
-    remarks : list of str
-        One for each rival that no proposal separates, and what to do where loads cannot tell.
+    `rivals` are what the data do not tell apart by the scan `found`, the winner first; `mu`, shape (n,), is the friction of the
+    base, for effects that need one; `doubt` is the probability that none of the catalogue is the answer. Of each protocol the
+    best settings are proposed. There is a remark for each rival that no proposal separates, and on what to do where loads
+    cannot tell.
     """
     fits, weight = _weighed(campaign, found, rivals)
     if len(fits) < 2:
@@ -146,7 +130,7 @@ def _weighed(campaign: Campaign, found: SearchRound, rivals: list[Fit]) -> tuple
 
 def _tied(campaign: Campaign, first: Fit, other: Fit) -> bool:
     """Return whether an effect is driven by a load that moves with that of the first one from test to test."""
-    a, b = (f.prepared.candidate.effect.driver[0] for f in (first, other))
+    a, b = (f.effect.driver[0] for f in (first, other))
     if a == b or not {a, b} <= set(LOAD_NAMES) or not (campaign.varies(a) and campaign.varies(b)):
         return False
     levels = [campaign.of_tests(transformed(campaign, n)) for n in (a, b)]
@@ -232,7 +216,7 @@ def _remarks(
     """Return what no proposed test tells apart, and how to tell what no load drives."""
     result = []
     first, *others = rivals
-    unloaded = [f for f in rivals if not set(f.prepared.candidate.effect.driver) & set(LOAD_NAMES)]
+    unloaded = [f for f in rivals if not set(f.effect.driver) & set(LOAD_NAMES)]
     for rival in others:
         if ZERO in (first.name, rival.name) or rival.name not in names or first.name not in names:
             continue
@@ -243,7 +227,7 @@ def _remarks(
         if best < ENOUGH:
             result.append(_inseparable(campaign, found, first, rival, best))
     if len(unloaded) > 1:
-        drivers = dict.fromkeys(f.prepared.candidate.effect.driver[0] for f in unloaded)
+        drivers = dict.fromkeys(f.effect.driver[0] for f in unloaded)
         columns = [levels_text(campaign.loads, name) for name in drivers]
         result.append(
             f"{' and '.join(f.name for f in unloaded)}: no load drives them, so no setting of the rig tells them apart; run the same "
@@ -254,7 +238,7 @@ def _remarks(
 
 def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:
     """Return a remark about two effects that no proposed test tells apart."""
-    drivers = [f.prepared.candidate.effect.driver for f in (first, rival)]
+    drivers = [f.effect.driver for f in (first, rival)]
     apart = weighted_rms(found.change(first) - found.change(rival), campaign.count)
     text = f"{first.name} and {rival.name}: "
     if drivers[0] == drivers[1]:

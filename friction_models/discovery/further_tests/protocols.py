@@ -32,52 +32,30 @@ SET_BY = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set"}
 
 @dataclass(frozen=True)
 class PlannedTest:
-    """One further test.
+    """One further test."""
 
-    Attributes
-    ----------
-    protocol : str
-        Name for people.
-    setpoints : dict
-        What is set, for people.
-    row : dict
-        The test as a row of a plan: ``protocol``, ``sigma_set`` [MPa], ``v_set`` [mm/s], ``T_tool`` [degC],
-        ``sd_set`` [mm], where it is known ``psi_set``, and what the protocol needs: ``v_levels`` (text, speeds on
-        equal parts of the distance), ``sigma_end``, ``hold_at`` [mm] and ``hold`` [s], ``zero_reading`` [s].
-    loads : TriboLoads
-        Loads to expect along it, at `POINTS` equal distances.
-    """
-
-    protocol: str
-    setpoints: SetPoints
+    protocol: str  #: Name for people.
+    setpoints: SetPoints  #: What is set, for people.
+    #: The test as a row of a plan: ``protocol``, ``sigma_set`` [MPa], ``v_set`` [mm/s], ``T_tool`` [degC], ``sd_set`` [mm],
+    #: where it is known ``psi_set``, and what the protocol needs: ``v_levels`` (text, speeds on equal parts of the distance),
+    #: ``sigma_end``, ``hold_at`` [mm] and ``hold`` [s], ``zero_reading`` [s].
     row: PlanRow
-    loads: TriboLoads
+    loads: TriboLoads  #: Loads to expect along it, at `POINTS` equal distances.
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Levels that the tests have shown to be possible, and what a test with them looks like.
+    """Levels that the tests have shown to be possible, and what a test with them looks like."""
 
-    Attributes
-    ----------
-    speed, pressure, tool : tuple of float
-        Low, middle and high [mm/s, MPa, degC].
-    shapes : tuple of pairs
-        Specimen shapes (``psi_set``, None where it is not known) and the expansion that each gives; the commonest first.
-    distance : float
-        Usual sliding distance [mm].
-    heating : Heating
-    unknown : tuple of str
-        Columns of a plan that the data say nothing of.
-    """
-
+    #: Low, middle and high [mm/s, MPa, degC].
     speed: tuple[float, float, float]
     pressure: tuple[float, float, float]
     tool: tuple[float, float, float]
+    #: Specimen shapes (``psi_set``, None where it is not known) and the expansion that each gives; the commonest first.
     shapes: tuple[tuple[float | None, float], ...]
-    distance: float
+    distance: float  #: Usual sliding distance [mm].
     heating: Heating
-    unknown: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()  #: Columns of a plan that the data say nothing of.
 
     @classmethod
     def of(cls, campaign: Campaign) -> Settings:
@@ -91,7 +69,7 @@ class Settings:
         fast = max(float(high[0]), 1e-9)
         slow = max(float(low[0]), 0.01 * fast, 1e-9)
         distance = rounded(float(np.median(campaign.distance[lasts])))
-        if "sd" in campaign.absent or campaign.count.size == len(campaign.tests) or not distance > 0.0:
+        if "sd" in campaign.absent or campaign.averaged or not distance > 0.0:
             distance = USUAL_DISTANCE
         return cls(
             (rounded(slow), rounded(float(np.sqrt(slow * fast))), rounded(fast)),

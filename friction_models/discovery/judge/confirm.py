@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
-from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign
-from ...estimation.noise.reference import Reference
-from ...estimation.noise.repeats import Repeats, repeats_of
+from ...estimation.noise.repeats import repeats_of
 from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.structure import StructurePlace, places_of
 from ...estimation.search.unseen_loads import AS_GOOD
-from ...loads import FloatArray
+from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
-from .error_budget import ErrorShares, error_shares, helps, lead
+from .error_budget import ErrorShares, fall, helps
 from .identifiability import RESOLUTION
-from .straight_fits import StraightFits
-from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests, mean_of
+from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
 from .verdict import LEVEL
 
 #: More than this share is left: what is named is not the answer.
 NOT_THE_ANSWER = 0.4
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
-#: Ways to divide the tests over which it must do so on average.
-DIVISIONS = 4
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
 CLEAR = 0.01
 #: What is less clear must take this share of the squared error on unseen tests, or fall along them by so many standard errors:
@@ -40,7 +33,7 @@ WEAK_SHARE, SURE_ALONG = 0.3, 4.0
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
 #: by this share.
 MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
-#: A further effect must beat what could stand in its place by so many standard errors.
+#: An effect must beat what could stand in its place by so many standard errors on unseen tests.
 APART = 1.7
 #: Most effects that are named together.
 MOST_NAMED = 4
@@ -64,84 +57,83 @@ Further = Callable[[Sequence[Fit]], list[Fit]]
 
 
 class Confirm:
-    """The judge of one diagnosis.
+    """The judge of one diagnosis; the search gives the noise by which bins are weighed."""
 
-    Parameters
-    ----------
-    campaign : Campaign
-    unseen : UnseenTests
-    found : SearchRound
-        Gives the noise by which bins are weighed.
-    """
-
-    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
-        self.campaign, self.unseen, self.found = campaign, unseen, found
+    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound, further: Further) -> None:
+        self.campaign, self.unseen, self.found, self.further = campaign, unseen, found, further
         self.straight = StraightFits(campaign, unseen, found)
-        self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
+        self.beside = BesideReference(campaign, unseen, found)
 
-    def __call__(
-        self, verdict: str, chosen: list[Fit], named: str, bent: bool, further: Further
-    ) -> Confirmation:
+    def __call__(self, verdict: str, chosen: list[Fit], named: str, bent: bool) -> Confirmation:
         """Return a verdict whose names lower the error on unseen tests.
 
-        Parameters
-        ----------
-        verdict : str
-            By the scan.
-        chosen : list of Fit
-            What it names, or would name if no structure were left.
-        named : str
-            The verdict if no structure were left.
-        bent : bool
-            Whether what is missing has another form than the first of them.
-        further : callable
+        `verdict` is that of the scan, and `chosen` what it names, or would name if no structure were left; `named` is the
+        verdict in that case. The first name is `bent` where what is missing has another form.
         """
         if not self.unseen.possible:
-            return Confirmation(verdict, chosen if verdict in NAMED else [], None, 0.0, [])
+            return Confirmation(verdict, chosen if verdict in NAMED else [])
         if self.unseen.errors().rms < RESOLUTION * float(np.mean(np.abs(self.campaign.mu))):
-            return Confirmation("nothing_missing", [], self._shares([]), 0.0, [], within_resolution=True)
+            return Confirmation("nothing_missing", shares=self.beside.shares([]), within_resolution=True)
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it
             kept = self._that_help(chosen) if chosen else []
-            left = self._shares(kept)
+            left = self.beside.shares(kept)
             if not left.missing > 0.0 or (kept and not bent and left.left < EXPLAINED):
                 verdict = named if kept else "nothing_missing"
-            elif not self._shares([]).missing > 0.0:
+            elif not self.beside.shares([]).missing > 0.0:
                 verdict = "nothing_missing"
-            elif kept and len(grown := self._grown(kept[:1], 2, further)) > 1 and self._explain(grown):
+            elif kept and (several := self._several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
-                verdict, chosen = named, grown
+                verdict, chosen = named, several
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        kept = self._grown(self._that_help(chosen, 1), len(chosen), further) if verdict in NAMED else []
+        kept = self._grown(self._that_help(chosen, 1), len(chosen)) if verdict in NAMED else []
         if (instead := self._best_led(kept)) is not kept:
-            kept = self._grown(instead, len(instead), further)
-        shares = self._shares(kept)
+            kept = self._grown(instead, len(instead))
+        shares = self.beside.shares(kept)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
-            kept, shares = [], self._shares([])
-        rivals = self._rivals(kept, shares, further) if kept else ()
+            kept, shares = [], self.beside.shares([])
+        rivals_of = self._rivals(kept, shares) if kept else {}
+        kept = self._largest_first(kept)
+        rivals = _told(kept, rivals_of)
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
-        where = self._places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
+        where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
         if repeats is not None and repeats.lacks_fit:
-            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=_squares(repeats))
+            low, high = repeats.interval
+            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
             verdict = _beyond_repeats(verdict, shares)
         return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)
 
     def _explain(self, kept: list[Fit]) -> bool:
         """Return whether unseen tests are predicted about as well as they can be."""
-        return self._shares(kept).left < EXPLAINED
+        return self.beside.shares(kept).left < EXPLAINED
+
+    def _several(self, first: Fit) -> list[Fit]:
+        """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
+        grown = self._grown([first], 2)
+        if len(grown) > 1 and self._explain(grown):
+            return grown
+        # effects with memory take long to fit, and hold simpler ones
+        plain = [f for f in self.found.ranking if not f.effect.needs_state]
+        best = max(plain, key=lambda f: f.gain, default=first)
+        if best.name == first.name or not self._helps([], best):
+            return []
+        grown = self._grown([best], 2, most=2)
+        return grown if len(grown) > 1 and self._explain(grown) else []
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
             if shares.left > NOT_THE_ANSWER:
                 return "unknown_structure"
-            physical = any(f.prepared.candidate.effect.kind != "fault" for f in kept)
+            physical = any(f.effect.kind != "fault" for f in kept)
             return "partly_explained" if shares.left > EXPLAINED and physical else verdict
         if verdict in NAMED or verdict == "nothing_missing":
-            return "unknown_structure" if _alone(shares) and _alone(self._divided()) else "nothing_missing"
+            return (
+                "unknown_structure" if _alone(shares) and _alone(self.beside.divided()) else "nothing_missing"
+            )
         return verdict
 
     def _that_help(self, chosen: list[Fit], most: int = MOST_NAMED) -> list[Fit]:
@@ -160,21 +152,32 @@ class Confirm:
         if not kept or self._explain(kept):
             return kept
         first, *others = kept
-        before = self.unseen.errors(_effects(kept))
+        before = self.unseen.errors(effects_of(kept))
         for fit in self.found.ranking[: 2 * RIVALS]:
             if fit.name not in {f.name for f in kept} and fit.gain > AS_GOOD * first.gain:
                 instead = [fit, *others]
-                if _prefers(before, self.unseen.errors(_effects(instead))):
+                if _prefers(before, self.unseen.errors(effects_of(instead))):
                     return instead
         return kept
 
-    def _grown(self, kept: list[Fit], wanted: int, further: Further) -> list[Fit]:
+    def _largest_first(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects led by one that carries far more of the error on unseen tests than the first, if there is one."""
+        if len(kept) < 2:
+            return kept
+        left = [self.straight.errors([g for g in kept if g is not f]).rms ** 2 for f in kept]
+        carried = np.array(left) - self.straight.errors(kept).rms ** 2
+        most = int(np.argmax(carried))
+        if carried[0] > AS_GOOD * carried[most]:
+            return kept
+        return [kept[most], *(f for f in kept if f is not kept[most])]
+
+    def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
-        while kept and len(kept) < MOST_NAMED:
-            left = self._shares(kept)
+        while kept and len(kept) < most:
+            left = self.beside.shares(kept)
             if len(kept) >= wanted and not left.missing > 0.0:
                 break
-            best = self._best(kept, further(kept)[:TRIED])
+            best = self._best(kept, self.further(kept)[:TRIED])
             if best is None or not self._confirmed(kept, best):
                 break
             kept = self._exchanged([*kept, best])
@@ -190,30 +193,26 @@ class Confirm:
 
     def _prefer(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
         """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
-        if lead(self.straight.errors(some).total, self.straight.errors(others).total)[1] < CERTAIN:
+        if fall(self.straight.errors(some), self.straight.errors(others))[1] < CERTAIN:
             return False
-        return _prefers(*(self.unseen.errors(_effects(fits)) for fits in (some, others)))
+        return _prefers(*(self.unseen.errors(effects_of(fits)) for fits in (some, others)))
 
     def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
         """Return whether a further effect helps for certain; one of a load of those named may only mend their form."""
-        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept, [*kept, fit]))
-        if fit.prepared.candidate.effect.driver[0] in {
-            d for f in kept for d in f.prepared.candidate.effect.driver
-        }:
+        before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept, [*kept, fit]))
+        if fit.effect.driver[0] in {d for f in kept for d in f.effect.driver}:
             return _falls(before, after, CERTAIN)
         return helps(before, after, CERTAIN)
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
         first, *others = kept
-        load = first.prepared.candidate.effect.driver[0]
+        load = first.effect.driver[0]
         taken = {f.name for f in kept}
         rivals = [
             f
             for f in self.found.ranking[: 2 * RIVALS]
-            if f.name not in taken
-            and f.gain > AS_GOOD * first.gain
-            and f.prepared.candidate.effect.driver[0] == load
+            if f.name not in taken and f.gain > AS_GOOD * first.gain and f.effect.driver[0] == load
         ]
         return next(([f, *others] for f in rivals if self._prefer(kept, [f, *others])), kept)
 
@@ -224,91 +223,60 @@ class Confirm:
         before = self.unseen.errors()
         for fit in self.found.ranking[:2]:
             seen = self.found.own_p_value(fit) < CLEAR
-            if seen and _falls(before, self.unseen.errors(_effects([fit])), CONFIRMED):
+            if seen and _falls(before, self.unseen.errors(effects_of([fit])), CONFIRMED):
                 return fit
         return None
 
     def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
-        before = self.unseen.errors(_effects(kept))
-        after = self.unseen.errors(_effects([*kept, fit]))
+        before = self.unseen.errors(effects_of(kept))
+        after = self.unseen.errors(effects_of([*kept, fit]))
         p = self.found.p_value(fit)
-        weak = not kept and p >= CLEAR and lead(before.total, after.total)[0] < WEAK_SHARE * before.rms**2
-        weak = weak and lead(before.within, after.within)[1] < SURE_ALONG
+        weak = not kept and p >= CLEAR and fall(before, after)[0] < WEAK_SHARE * before.rms**2
+        weak = weak and fall(before, after, "within")[1] < SURE_ALONG
         return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
 
-    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares, further: Further) -> tuple[str, ...]:
-        """Return effects that would leave hardly more in the place of one that is named, or that some tests prefer to it.
-
-        After those of the first one, each further name that has rivals stands before them.
-        """
+    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares) -> dict[str, list[str]]:
+        """Return for each name the effects that would leave hardly more in its place, or that some tests prefer to it."""
         first, *others = kept
         names = {f.name for f in kept}
-        own = self.straight.errors(kept).total
+        own = self.straight.errors(kept)
         tried = [
             f
             for f in self.found.ranking
             if f.gain > WORTH * first.gain and f.name not in names and not self.found.just(first, f)
         ]
-        told: list[str] = []
+        told: dict[str, list[str]] = {f.name: [] for f in kept}
         for f in tried:
             instead = [f, *others]
             as_good = shares.missing > 0.0 and (
-                np.mean(self.straight.errors(instead).total) - np.mean(own) < shares.missing
+                self.straight.errors(instead).rms ** 2 - own.rms**2 < shares.missing
             )
-            if as_good or (
-                f.gain > AS_LIKELY * first.gain
-                and rivalry(self.campaign, self.found, kept, instead).certainty < AGREED
-            ):
-                told.append(f.name)
+            if as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead)):
+                told[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
-            alike = [
+            told[named.name] = [
                 f.name
-                for f in further(beside)
-                if f.name not in names and lead(self.straight.errors([*beside, f]).total, own)[1] < APART
+                for f in self.further(beside)
+                if f.name not in names and fall(self.straight.errors([*beside, f]), own)[1] < APART
             ]
-            told += [named.name, *alike] if alike else []
-        return tuple(told)
+        return told
+
+    def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
+        """Return whether the tests prefer some effects to others.
+
+        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
+        """
+        averaged = self.campaign.averaged
+        if averaged and fall(self.straight.errors(instead), self.straight.errors(kept))[1] < APART:
+            return False
+        return rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
 
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
             return 0.0
-        before, after = (self.unseen.errors(_effects(fits)) for fits in (kept[:-1], kept))
-        return max(lead(before.total, after.total)[1], lead(before.within, after.within)[1])
-
-    def _shares(self, kept: Sequence[Fit]) -> ErrorShares:
-        beside = [[], kept] if kept else [[]]
-        known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
-        return error_shares(self.unseen.errors(), self.unseen.errors(_effects(kept)), known)
-
-    def _divided(self) -> ErrorShares:
-        """Return the budget where nothing is named, on average over several ways to divide the tests: one alone is partly chance."""
-        terms, unseen = self.found.columns_with([]), self.unseen
-        more = (UnseenTests(unseen.campaign, unseen.base, unseen.seed + k) for k in range(1, DIVISIONS))
-        ways = [unseen, *more]
-        flexible = [
-            self.found.y - self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways
-        ]
-        base = mean_of([way.errors() for way in ways])
-        return error_shares(base, base, [mean_of([errors_of_tests(self.campaign, r) for r in flexible])])
-
-    @cached_property
-    def reference(self) -> Reference:
-        """Flexible prediction of the tests from one another."""
-        return Reference(self.campaign, self.found.floor, self.found.y)
-
-    def _predicted(self, kept: Sequence[Fit]) -> FloatArray:
-        """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
-        key = tuple((f.name, f.index) for f in kept)
-        if key not in self._flexible:
-            columns = self.found.columns_with(kept)
-            self._flexible[key] = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
-        return self._flexible[key]
-
-    def _places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
-        """Return where the reference predicts something else than the model with what is named."""
-        model = self.found.y - self.unseen.residual(_effects(kept))
-        return places_of(self.campaign, self._predicted(kept) - model, self.reference.metadata)
+        before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept))
+        return max(fall(before, after)[1], fall(before, after, "within")[1])
 
 
 def _alone(shares: ErrorShares) -> bool:
@@ -320,27 +288,22 @@ def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:
     """Return the verdict where settings differ by more than their repeats: no model of what was recorded need predict that."""
     if verdict == "nothing_missing" and shares.missing > BEYOND_REPEATS * shares.base:
         return "unknown_structure"
-    return (
-        "partly_explained" if verdict in {"explained", "ambiguous"} and shares.left > EXPLAINED else verdict
-    )
+    return "partly_explained" if verdict == "explained" and shares.left > EXPLAINED else verdict
 
 
-def _squares(repeats: Repeats) -> tuple[float, float]:
-    low, high = repeats.interval
-    return low**2, high**2
+def _told(kept: Sequence[Fit], rivals: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Return the rivals of the first name; then further names, each with its own, where it has some."""
+    first, *others = [f.name for f in kept] or [""]
+    return (*rivals.get(first, ()), *(n for name in others if rivals[name] for n in (name, *rivals[name])))
 
 
 def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
     """Return whether an error falls by `CONFIRMED_SHARE` of it at least, and by `needed` standard errors."""
-    gain, certain = lead(before.total, after.total)
+    gain, certain = fall(before, after)
     return certain > needed and gain > CONFIRMED_SHARE * before.rms**2
 
 
 def _prefers(before: ErrorsByTest, after: ErrorsByTest) -> bool:
     """Return whether an error falls clearly, and by enough to matter: twins may differ by a hair in every test alike."""
-    gain, certain = lead(before.total, after.total)
+    gain, certain = fall(before, after)
     return certain > CERTAIN and gain > LEAST_SHARE * before.rms**2
-
-
-def _effects(fits: Sequence[Fit]) -> list[Effect]:
-    return [f.prepared.candidate.effect for f in fits]

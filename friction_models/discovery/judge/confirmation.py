@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ...estimation.noise.repeats import Repeats
 from ...estimation.search.scan import Fit
@@ -19,35 +19,19 @@ ANOTHER_FORM = 2.5
 
 @dataclass(frozen=True)
 class Confirmation:
-    """Verdict after the prediction of unseen tests.
-
-    Attributes
-    ----------
-    verdict : str
-    chosen : list of Fit
-        Effects that lower the error on unseen tests.
-    shares : ErrorShares or None
-        None where there are too few tests to leave some out.
-    certain : float
-        Standard errors over the tests by which the last name lowers the error; 0 where nothing is named.
-    where : list of StructurePlace
-        Where something predictable is left.
-    rivals : tuple of str
-        Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then
-        further names, each with what unseen tests cannot tell from it.
-    repeats : Repeats or None
-        Scatter of tests at the same settings, where there are some.
-    within_resolution : bool
-        Whether the model alone predicts unseen tests closer than friction is measured.
-    """
+    """Verdict after the prediction of unseen tests."""
 
     verdict: str
-    chosen: list[Fit]
-    shares: ErrorShares | None
-    certain: float
-    where: list[StructurePlace]
+    chosen: list[Fit] = field(default_factory=list)  #: Effects that lower the error on unseen tests.
+    shares: ErrorShares | None = None  #: None where there are too few tests to leave some out.
+    #: Standard errors over the tests by which the last name lowers the error; 0 where nothing is named.
+    certain: float = 0.0
+    where: list[StructurePlace] = field(default_factory=list)  #: Where something predictable is left.
+    #: Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then further
+    #: names, each with what unseen tests cannot tell from it.
     rivals: tuple[str, ...] = ()
-    repeats: Repeats | None = None
+    repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
+    #: Whether the model alone predicts unseen tests closer than friction is measured.
     within_resolution: bool = False
 
     @property

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import stdtrit
 
 from ...estimation.search.importance import LEAST_SHARE
@@ -22,33 +23,17 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class ErrorShares:
-    """Mean squared errors of mu on unseen tests, every test with the same weight.
+    """Mean squared errors of mu on unseen tests, every test with the same weight."""
 
-    Attributes
-    ----------
-    base : float
-        Of the model as it is, refitted to the other tests.
-    named : float
-        Of the model with the effects that are named; the same as `base` where none is.
-    best : float
-        Of the best prediction that is known, model or reference, between and within tests each.
-    certainty : float
-        Standard errors by which the reference is better than the model with what is named.
-    interval : tuple of float
-        95 % interval of `best` over the tests.
-    by_reference : bool
-        Whether `best` is, between or within tests, that of the flexible reference and not of the model.
-    beyond : float
-        Standard errors by which the reference is better than the model with what is named, between or within tests, however
-        little it is; 0 where it is not better.
-    """
-
-    base: float
-    named: float
-    best: float
-    certainty: float
-    interval: tuple[float, float]
+    base: float  #: Of the model as it is, refitted to the other tests.
+    named: float  #: Of the model with the effects that are named; the same as `base` where none is.
+    best: float  #: Of the best prediction that is known, model or reference, between and within tests each.
+    certainty: float  #: Standard errors by which the reference is better than the model with what is named.
+    interval: tuple[float, float]  #: 95 % interval of `best` over the tests.
+    #: Whether `best` is, between or within tests, that of the flexible reference and not of the model.
     by_reference: bool
+    #: Standard errors by which the reference is better than the model with what is named, between or within tests, however
+    #: little it is; 0 where it is not better.
     beyond: float = 0.0
 
     @property
@@ -68,46 +53,51 @@ class ErrorShares:
         return self.missing / max(self.explained + self.missing, 1e-300)
 
 
-def lead(worse: FloatArray, better: FloatArray) -> tuple[float, float]:
-    """Return by how much one error is smaller than another on average, and by how many standard errors over the tests.
+def lead(
+    worse: FloatArray, better: FloatArray, setting: npt.NDArray[np.intp] | None = None
+) -> tuple[float, float]:
+    """Return by how much one error is smaller than another on average over tests, and by how many standard errors.
+
+    Tests at one setting err alike, so the standard error is that of clusters (Liang, Zeger, Biometrika 73 (1986) 13).
 
     Examples
     --------
-    >>> lead(np.array([3.0, 5.0, 4.0]), np.array([1.0, 1.0, 1.0]))[0]
-    3.0
+    >>> [round(x, 2) for x in lead(np.array([3.0, 5.0, 4.0]), np.array([1.0, 1.0, 1.0]))]
+    [3.0, 5.2]
+    >>> lead(np.array([3.0, 3.0, 5.0, 5.0]), np.ones(4), np.array([0, 0, 1, 1]))
+    (3.0, 3.0)
     """
     difference = worse - better
-    spread = float(np.std(difference, ddof=1)) / np.sqrt(len(difference)) if len(difference) > 1 else np.inf
-    mean = float(np.mean(difference))
-    return mean, float(mean / max(spread, 1e-300))
+    tests, mean = len(difference), float(np.mean(difference))
+    of_settings = np.bincount(np.arange(tests) if setting is None else setting, difference - mean)
+    count = len(of_settings)
+    spread = np.sqrt(count / (count - 1) * np.sum(of_settings**2)) / tests if count > 1 else np.inf
+    return mean, float(mean / max(float(spread), 1e-300))
+
+
+def fall(before: ErrorsByTest, after: ErrorsByTest, part: str = "total") -> tuple[float, float]:
+    """Return the `lead` of the second errors in total, `between` or `within` tests."""
+    return lead(getattr(before, part), getattr(after, part), before.setting)
 
 
 def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> bool:
     """Return whether an addition lowers the error on unseen tests, in all (by `needed` standard errors) or along them."""
-    gain, certain = lead(before.total, after.total)
+    gain, certain = fall(before, after)
     if gain > LEAST_SHARE * before.rms**2 and certain > needed:
         return True
-    along, sure = lead(before.within, after.within)
+    along, sure = fall(before, after, "within")
     return bool(sure > 2.5 and along > LEAST_SHARE * before.rms**2 and gain > 0.0)
 
 
 def error_shares(base: ErrorsByTest, named: ErrorsByTest, known: Sequence[ErrorsByTest]) -> ErrorShares:
-    """Return the error budget of a model with effects.
-
-    Parameters
-    ----------
-    base, named : ErrorsByTest
-        Of the model as it is, and with the effects that are named.
-    known : sequence of ErrorsByTest
-        Errors of other predictions of the same tests.
-    """
+    """Return the error budget of a model as it is, and with the effects that are named, beside other predictions of the same tests."""
     tests = len(named.total)
     best, certainty, beyond = np.zeros(tests), 0.0, 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)
         if part == "within" or tests >= LEAST_TESTS:
             for other in (getattr(k, part) for k in known):
-                gain, certain = lead(own, other)
+                gain, certain = lead(own, other, named.setting)
                 beyond = max(beyond, certain)
                 if certain > BELIEVED and gain > LEAST_SHARE * base.rms**2 and other.mean() < least.mean():
                     least, certainty = other, max(certainty, certain)

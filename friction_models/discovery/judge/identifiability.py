@@ -20,8 +20,6 @@ from .verdict import Evidence
 FLEXIBLE = ("polynomial", "gradient_boosting", "ffnn")
 #: Below this share of its own variation beside the base, an amplitude is poorly known.
 WEAK = 0.02
-
-
 #: A model that leaves less of the sensor's noise than this share was fitted to these very points.
 NOISE_LEFT = 0.75
 #: With fewer points the noise itself is too poorly known to say so.
@@ -46,9 +44,7 @@ def knows_the_noise(measured: Campaign, model: BaseLaw) -> bool:
 def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
     """Return warnings that a reader of the verdict should know."""
     notes = []
-    tests = len(campaign.tests)
-    averaged = campaign.count.size == tests
-    if tests > 1 and not averaged:
+    if len(campaign.tests) > 1 and not campaign.averaged:
         flat = [n for n in LOAD_NAMES if campaign.varies(n) and within_share(campaign, n) < WITHIN]
         if flat:
             notes.append(
@@ -60,7 +56,7 @@ def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
         )
     winner = evidence.winner
     if winner is not None and evidence.present:
-        notes += _tied_loads(campaign, winner.prepared.candidate.effect.driver)
+        notes += _tied_loads(campaign, winner.effect.driver)
         whole = evidence.found.whiten(winner.binned - winner.binned.mean())
         share = float(winner.signal @ winner.signal) / max(float(whole @ whole), 1e-300)
         if share < WEAK:
@@ -73,8 +69,7 @@ def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
 
 def _tied_loads(campaign: Campaign, drivers: Sequence[str]) -> list[str]:
     """Return a warning where a load that drives an effect moves with another one from test to test."""
-    varied = [n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
-    levels = {n: campaign.of_tests(transformed(campaign, n)) for n in varied}
+    levels = {n: campaign.of_tests(transformed(campaign, n)) for n in campaign.varied}
     tied = [
         f"{b} (correlation {value:+.2f})"
         for a, b in permutations(levels, 2)
@@ -90,15 +85,14 @@ def _tied_loads(campaign: Campaign, drivers: Sequence[str]) -> list[str]:
 
 def one_load(campaign: Campaign, drivers: Sequence[str]) -> bool:
     """Return whether a load that drives an effect rises or falls with another one, that does not, between and along tests."""
-    varied = [n for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
-    values = {n: rankdata(campaign.average(getattr(campaign.loads, n))) for n in varied}
+    values = {n: rankdata(campaign.average(getattr(campaign.loads, n))) for n in campaign.varied}
     return any(
         min(
             abs(_correlation(values[a], values[b])),
             abs(_correlation(campaign.of_tests(values[a]), campaign.of_tests(values[b]))),
         )
         > ONE_LOAD
-        for a, b in permutations(varied, 2)
+        for a, b in permutations(values, 2)
         if a in drivers and b not in drivers
     )
 

@@ -19,23 +19,15 @@ from .verdict import STRUCTURE_LEVEL
 
 @dataclass(frozen=True)
 class LevelOffset:
-    """How far the measurements lie above a model everywhere, whatever the effects do that are missing from it.
+    """How far the measurements lie above a model everywhere, whatever the effects do that are missing from it."""
 
-    Attributes
-    ----------
-    value, error : float
-        Least distance over the tested loads (generalised least squares) and its standard error, in mu; 0 where an effect
-        makes the model right at some of them.
-    p_value : float
-        Two-sided, of Student's t with the tests that are left to show the scatter between them.
-    floor : float
-        Noise floor of one average.
-    """
-
+    #: Least distance over the tested loads (generalised least squares) and its standard error, in mu; 0 where an effect makes
+    #: the model right at some of them.
     value: float = 0.0
     error: float = 0.0
+    #: Two-sided, of Student's t with the tests that are left to show the scatter between them.
     p_value: float = 1.0
-    floor: float = 0.0
+    floor: float = 0.0  #: Noise floor of one average.
 
     @property
     def off(self) -> bool:
@@ -44,14 +36,9 @@ class LevelOffset:
 
     def entry(self, campaign: Campaign) -> StructurePlace:
         """Return the offset as structure that is left: over the whole tested range, driven by no load."""
-        region = {}
-        for name in LOAD_NAMES:
-            if campaign.varies(name):
-                values = getattr(campaign.loads, name)
-                region[name] = [float(values.min()), float(values.max())]
         return {
             "variables": [],
-            "region": region,
+            "region": campaign.ranges(LOAD_NAMES),
             "shape": f"constant offset {self.value:+.4f}",
             "share": error_share(self.value, self.floor),
         }
@@ -68,11 +55,7 @@ class LevelOffset:
 def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
     """Return the level beside a fixed model, with the effects found and their amplitudes fitted at the same time.
 
-    Parameters
-    ----------
-    found : SearchRound
-        Its first column of the base is the constant.
-    chosen : sequence of Fit
+    The first column of the base is the constant.
     """
     if not found.floor.known:
         return LevelOffset(floor=found.floor.total)

@@ -13,9 +13,11 @@ from sklearn.base import clone
 from ...effects.base import Effect
 from ...estimation.campaign.binning import Campaign, campaign_of
 from ...estimation.campaign.metadata import with_all_metadata
-from ...estimation.fit.joint_fit import solve_jointly
+from ...estimation.fit.joint_problem import solve_jointly
 from ...estimation.search.base_law import BaseLaw
-from ...estimation.search.candidates import evaluate_points
+from ...estimation.search.candidates import contribution
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
 from ...families.composed import ComposedFriction
 from ...loads import FloatArray, TriboLoads
 from ...loads.splits import Mask
@@ -27,6 +29,12 @@ FOLDS = 4
 FEW = 16
 #: Fewest tests of which some can be left out.
 LEAST_TESTS = 4
+
+
+def folds_of(campaign: Campaign, seed: int) -> npt.NDArray[np.intp]:
+    """Return the fold of each test of a campaign; tests at one setting are left out together."""
+    setting = campaign.setting
+    return folds_of_tests(int(setting.max()) + 1, seed)[setting]
 
 
 def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:
@@ -83,27 +91,19 @@ def _faults_share(model: Any, loads: TriboLoads) -> FloatArray:
             values = loads.context_column(name)
             if values is not None:
                 campaign.system[name] = as_numbers(values, model.levels_.get(name, ()), np.nan)[:, None]
-        columns = evaluate_points(effect, campaign, model.predict(loads), shape)
-        share = share + sum(
-            a * np.broadcast_to(c, (len(loads), 1))[:, 0] for a, c in zip(amplitudes.values(), columns)
-        )
+        share = share + contribution(effect, campaign, model.predict(loads), shape, amplitudes.values())
     return share
 
 
 @dataclass(frozen=True)
 class ErrorsByTest:
-    """Mean squared error of each test, split in two.
+    """Mean squared error of each test, split in two."""
 
-    Attributes
-    ----------
-    between : ndarray, shape (tests,)
-        Square of the mean error of the test: what differs from test to test.
-    within : ndarray, shape (tests,)
-        Mean square about it: what changes along the test.
-    """
-
+    #: Square of the mean error of the test: what differs from test to test. Shape (tests,).
     between: FloatArray
-    within: FloatArray
+    within: FloatArray  #: Mean square about it: what changes along the test. Shape (tests,).
+    #: Setting of the test, where several share one, shape (tests,).
+    setting: npt.NDArray[np.intp] | None = None
 
     @property
     def total(self) -> FloatArray:
@@ -119,13 +119,15 @@ class ErrorsByTest:
 def errors_of_tests(campaign: Campaign, residual: FloatArray) -> ErrorsByTest:
     """Return the errors of the tests from residuals in the bins, shape (m,)."""
     mean, square = campaign.of_tests(residual), campaign.of_tests(residual**2)
-    return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0))
+    return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0), campaign.setting)
 
 
 def mean_of(errors: Sequence[ErrorsByTest]) -> ErrorsByTest:
     """Return the mean of several errors of the same tests."""
     return ErrorsByTest(
-        np.mean([e.between for e in errors], axis=0), np.mean([e.within for e in errors], axis=0)
+        np.mean([e.between for e in errors], axis=0),
+        np.mean([e.within for e in errors], axis=0),
+        errors[0].setting,
     )
 
 
@@ -137,21 +139,12 @@ def refitted(base: BaseLaw) -> bool:
 
 @dataclass
 class UnseenTests:
-    """Residuals of a model, with and without effects, on tests that each fit did not see.
-
-    Attributes
-    ----------
-    campaign : Campaign
-    base : BaseLaw
-    seed : int
-        Of the folds.
-    told : callable
-        Called after each set of effects that was fitted.
-    """
+    """Residuals of a model, with and without effects, on tests that each fit did not see."""
 
     campaign: Campaign
     base: BaseLaw
-    seed: int = 0
+    seed: int = 0  #: Of the folds.
+    #: Called after each set of effects that was fitted.
     told: Callable[[], None] = field(default=lambda: None, repr=False)
     _kept: dict[tuple[str, ...], FloatArray] = field(default_factory=dict, repr=False)
 
@@ -163,7 +156,7 @@ class UnseenTests:
     @property
     def fold_of_test(self) -> npt.NDArray[np.intp]:
         """Fold of each test."""
-        return folds_of_tests(len(self.campaign.tests), self.seed)[self.campaign.place]
+        return folds_of(self.campaign, self.seed)
 
     def residual(self, effects: Sequence[Effect] = ()) -> FloatArray:
         """Return measured minus predicted mu in the bins, shape (m,), of the model with `effects`."""
@@ -174,29 +167,33 @@ class UnseenTests:
         return errors_of_tests(self.campaign, self.residual(effects))
 
     def _at_points(self, effects: Sequence[Effect]) -> FloatArray:
-        key = tuple(e.name for e in effects)
+        key = tuple(sorted(e.name for e in effects))
         if key not in self._kept:
             self._kept[key] = self.campaign.mu - self._predicted(effects)
             self.told()
         return self._kept[key]
 
     def _predicted(self, effects: Sequence[Effect]) -> FloatArray:
-        campaign, model = self.campaign, self.base.model
+        campaign = self.campaign
         fold = self.fold_of_test[campaign.point_test]
+        predict = _anew if refitted(self.base) else _beside
         predicted = np.empty(len(campaign.mu))
-        if refitted(self.base):
-            law = model.base if isinstance(model, ComposedFriction) else model
-            held = list(model.effects) if isinstance(model, ComposedFriction) else []
-            changed = ComposedFriction(clone(law), [*held, *effects]) if effects else model
-            known = changed.effects if isinstance(changed, ComposedFriction) else []
-            loads = with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
         for k in np.unique(fold):
             unseen = fold == k
-            if refitted(self.base):
-                predicted[unseen] = predicted_unseen(changed, loads, campaign.mu, unseen)[1]
-            else:
-                predicted[unseen] = _beside(campaign, self.base, effects, unseen)
+            predicted[unseen] = predict(campaign, self.base, effects, unseen)
         return predicted
+
+
+def _anew(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
+    """Return predictions of a model with effects, refitted to the other tests."""
+    model = law.model
+    if effects:
+        base = model.base if isinstance(model, ComposedFriction) else model
+        held = list(model.effects) if isinstance(model, ComposedFriction) else []
+        model = ComposedFriction(clone(base), [*held, *effects])
+    known = model.effects if isinstance(model, ComposedFriction) else []
+    loads = with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
+    return predicted_unseen(model, loads, campaign.mu, unseen)[1]
 
 
 def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
@@ -208,10 +205,7 @@ def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen:
     predicted = other.offset + other.columns @ coefficients
     mu = np.maximum(predicted, 0.0)
     for effect, shape, values in zip(effects, problem.shapes, amplitudes, strict=True):
-        columns = evaluate_points(effect, held, mu, shape)
-        predicted = predicted + sum(
-            a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in zip(values, columns, strict=True)
-        )
+        predicted = predicted + contribution(effect, held, mu, shape, values)
     return np.asarray(predicted)
 
 
@@ -220,3 +214,26 @@ def _part(campaign: Campaign, law: BaseLaw, rows: Mask) -> tuple[Campaign, BaseL
     return campaign.part(rows), BaseLaw(
         law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model
     )
+
+
+@dataclass(frozen=True)
+class StraightFits:
+    """Base and effects with the shapes of the scan: only their amplitudes are fitted, which is quick enough to try many."""
+
+    campaign: Campaign
+    unseen: UnseenTests  #: Gives the folds.
+    found: SearchRound  #: Gives the base in the bins.
+
+    def errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors on unseen tests with amplitudes of the other tests."""
+        fold = self.unseen.fold_of_test[self.campaign.test]
+        residual = np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            residual[fold == k] = self.residual(fits, fold != k)[fold == k]
+        return errors_of_tests(self.campaign, residual)
+
+    def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
+        """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
+        y, columns = self.found.y, self.found.columns_with(fits)
+        root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
+        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])

@@ -31,35 +31,17 @@ STRUCTURE_LEVEL = 0.01
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the verdict is drawn from.
-
-    Attributes
-    ----------
-    found : SearchRound
-    winner : Fit or None
-    p_value : float
-    share : float
-        Share of the squared error that the winner carries.
-    confusion_set : list of str
-    misfit : Misfit
-        Along the winner's own loads, beyond its form.
-    structure : Structure
-        Beyond base and winner (beyond the base where no effect stands out).
-    structure_share : float
-        Share of the squared error in it.
-    outside : float
-        Share of the points outside the model's domain.
-    """
+    """What the verdict is drawn from."""
 
     found: SearchRound
     winner: Fit | None
     p_value: float
-    share: float
+    share: float  #: Share of the squared error that the winner carries.
     confusion_set: list[str]
-    misfit: Misfit
-    structure: Structure
-    structure_share: float
-    outside: float
+    misfit: Misfit  #: Along the winner's own loads, beyond its form.
+    structure: Structure  #: Beyond base and winner (beyond the base where no effect stands out).
+    structure_share: float  #: Share of the squared error in it.
+    outside: float  #: Share of the points outside the model's domain.
 
     @property
     def present(self) -> bool:
@@ -72,7 +54,7 @@ class Evidence:
         winner, excess = self.winner, self.misfit.excess
         if winner is None or not self.present or self.misfit.p_value >= 0.001 or excess <= SEEN:
             return False
-        memory = winner.prepared.candidate.effect.needs_state
+        memory = winner.effect.needs_state
         return excess / (winner.gain + excess) > (BENT_MEMORY if memory else BENT)
 
     @property
@@ -80,7 +62,7 @@ class Evidence:
         """Whether structure is left that matters."""
         winner = self.winner
         named = winner is not None and self.present
-        memory = winner is not None and winner.prepared.candidate.effect.needs_state
+        memory = winner is not None and winner.effect.needs_state
         if self.bent:
             return True
         matters = min(LEAST_SHARE, BESIDE * self.share) if named else LEAST_SHARE
@@ -93,13 +75,7 @@ class Evidence:
 
 
 def decide(evidence: Evidence, kinds: Mapping[str, str]) -> str:
-    """Return the verdict.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    kinds : dict
-        Kind of each effect (`physics`, `system`, `fault`).
+    """Return the verdict; `kinds` holds the kind of each effect (`physics`, `system`, `fault`).
 
     Examples
     --------

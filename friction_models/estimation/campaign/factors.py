@@ -10,7 +10,7 @@ from scipy.stats import rankdata
 
 from ...effects.base import Effect
 from ...effects.metadata.factor import scanned_factor
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from .binning import Campaign
 from .metadata import MOST_LEVELS, NOT_METADATA, is_text
@@ -24,20 +24,15 @@ SAME = 0.95
 def factors_of(campaign: Campaign, effects: Iterable[Effect]) -> tuple[list[Effect], list[str]]:
     """Return a factor for each further column of the test table, and a remark on columns that cannot be judged.
 
-    Left out are set points, columns of the effects given, columns that are constant, that follow a load, tell the value
-    of a column of these effects or of an earlier factor, and texts that differ in nearly every test. The order of the
+    Left out are set points, columns of the effects of the catalogue, columns that are constant, that follow a load, tell the
+    value of a column of these effects or of an earlier factor, and texts that differ in nearly every test. The order of the
     columns does not matter.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    effects : iterable of Effect
-        The catalogue.
     """
     used = {m for e in effects for m in e.metadata}
     others = used | {*NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}
     at = {n: c[campaign.point_starts, 0] for n, c in campaign.system.items()}
-    known = {n: v for n, v in _loads(campaign).items() if np.ptp(v) > 0.0}
+    loads = {n: campaign.of_tests(campaign.average(getattr(campaign.loads, n))) for n in campaign.varied}
+    known = {n: v for n, v in loads.items() if np.ptp(v) > 0.0}
     columns = {n: at[n] for n in sorted(used & set(at)) if np.ptp(at[n]) > 0.0}
     found: list[Effect] = []
     alike: list[str] = []
@@ -68,17 +63,6 @@ def _labels(campaign: Campaign, name: str) -> list[str]:
     """Return the texts of a column in the order of their numbers."""
     values = campaign.loads.context_column(name)
     return [] if values is None else sorted({str(v) for v in values[campaign.point_starts] if not pd.isna(v)})
-
-
-def _loads(campaign: Campaign) -> dict[str, FloatArray]:
-    """Return the mean of each load that was measured, by test."""
-    weight = np.bincount(campaign.test, campaign.count)
-    means = {}
-    for name in LOAD_NAMES:
-        if name not in campaign.absent and campaign.varies(name):
-            load = campaign.average(getattr(campaign.loads, name))
-            means[name] = np.bincount(campaign.test, campaign.count * load) / weight
-    return means
 
 
 def _follows(load: FloatArray, values: FloatArray, text: bool) -> bool:

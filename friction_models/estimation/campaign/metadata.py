@@ -17,6 +17,8 @@ MOST_EMPTY = 0.5
 MOST_LEVELS = 0.7
 #: A column with a larger number, or an infinite one, is no metadata: its squares are beyond all numbers.
 LARGEST = 1e100
+#: Values of a column that are listed; of more numbers the range.
+SHOWN = 4
 #: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 #: What an evaluation of the records writes beside the settings of a test. It follows from the points, mu_mean from mu itself: taken
@@ -89,14 +91,7 @@ def recorded(loads: TriboLoads, name: str) -> str:
 
 
 def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
-    """Fill metadata that a few tests lack with its usual value, as `diagnose` does.
-
-    Parameters
-    ----------
-    loads : TriboLoads
-    names : sequence of str
-        Columns of the table of tests.
-    """
+    """Fill columns of the table of tests that a few tests lack with their usual value, as `diagnose` does."""
     table = loads.context
     if table is None or loads.test_id is None or table.index.name != "test_id":
         return loads
@@ -148,11 +143,7 @@ def is_text(loads: TriboLoads, name: str) -> bool:
 def metadata_spans(loads: TriboLoads, system: Mapping[str, FloatArray]) -> dict[str, tuple[float, ...]]:
     """Return the levels of texts (``levels:NAME``) and the range of numbers (``numbers:NAME``), for `factor` effects.
 
-    Parameters
-    ----------
-    loads : TriboLoads
-    system : mapping
-        Metadata as columns of numbers [n, 1].
+    `system` holds metadata as columns of numbers [n, 1].
     """
     spans: dict[str, tuple[float, ...]] = {}
     for name, column in system.items():
@@ -163,13 +154,13 @@ def metadata_spans(loads: TriboLoads, system: Mapping[str, FloatArray]) -> dict[
     return spans
 
 
-def levels_text(loads: TriboLoads, name: str, most: int = 4) -> str:
+def levels_text(loads: TriboLoads, name: str) -> str:
     """Return a metadata column with what it holds: ``operator (anna, ben)``, ``Ra (0.1 to 0.8)``; its name where nothing is recorded."""
     column = loads.context_column(name)
     if column is None:
         return name
     values = pd.Series(column).dropna().unique()
-    if len(values) > most and not is_text(loads, name):
+    if len(values) > SHOWN and not is_text(loads, name):
         return f"{name} ({min(values):g} to {max(values):g})"
     shown = sorted(f"{v:g}" if isinstance(v, int | float) else str(v) for v in values)
-    return f"{name} ({', '.join(shown[:most])}{', ...' if len(shown) > most else ''})" if shown else name
+    return f"{name} ({', '.join(shown[:SHOWN])}{', ...' if len(shown) > SHOWN else ''})" if shown else name

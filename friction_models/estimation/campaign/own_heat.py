@@ -31,10 +31,6 @@ def without_own_heat(campaign: Campaign) -> Campaign:
 
     The heating in each bin is scaled to what loads and distance let expect. Where the temperature was not measured, does not
     follow from them, or tests are too few, the campaign is returned as it is.
-
-    Parameters
-    ----------
-    campaign : Campaign
     """
     found = _usual_heating(campaign)
     if found is None:
@@ -59,9 +55,8 @@ def _usual_heating(campaign: Campaign) -> tuple[FloatArray, FloatArray] | None:
     if "T" in campaign.absent or not campaign.varies("T"):
         return None
     T = campaign.average(campaign.loads.T)
-    first = np.flatnonzero(np.r_[True, np.diff(campaign.test) > 0])
-    known = [campaign.system[n][campaign.starts[first], 0] for n in STARTS if n in campaign.system]
-    start = np.mean(known, axis=0) if known else T[first]
+    known = [campaign.system[n][campaign.point_starts, 0] for n in STARTS if n in campaign.system]
+    start = np.mean(known, axis=0) if known else T[campaign.first_bins]
     heating = T - start[campaign.test]
     middle = float(np.median(heating))
     if not middle > 0.0:

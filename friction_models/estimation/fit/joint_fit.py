@@ -1,19 +1,11 @@
-"""Base and effects fitted together: linear coefficients inside, shape parameters outside (variable projection).
-
-With enough tests the squares are weighed by the covariance of the noise floor (generalised least squares),
-so that the offsets of the tests do not bias what varies within them.
-"""
+"""Base and effects fitted together, as `refine` does."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from scipy.optimize import least_squares, lsq_linear
 from sklearn.base import clone
 
 from ...effects.base import Effect
@@ -22,21 +14,8 @@ from ...models.base import FrictionModel, Groups
 from ...models.domain import Domain
 from ...models.effective_variance import FitWeights
 from ..campaign.binning import Campaign, campaign_of
-from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw, base_law, polynomial_columns
-from ..search.candidates import evaluate, evaluate_points, spans_of
-from ..search.scan import Projector, best_fit, prepare_candidate
-from ..search.search_round import flexible_mean
-from .pooling import by_test, shrinkage
-
-LEAST_TESTS = 6
-ROUNDS = 3
-#: Of the squares of a column: what one test alone determines is nothing without it.
-RIDGE = 1e-10
-#: Share of the variation of an effect that a base must leave, for its amplitude to be known.
-LEAST_SEEN = 1e-4
-#: Weights by the covariance are given up only where the error of tests left out falls below this share.
-KEEP_WEIGHTS = 0.98
+from .joint_problem import solve_jointly
 
 
 @dataclass
@@ -58,21 +37,11 @@ def fit_jointly(
     system: Mapping[str, FloatArray],
     weights: FloatArray | None = None,
 ) -> JointFit:
-    """Fit a base and effects to measured friction.
+    """Fit a base, unfitted as yet, and effects to measured friction, shape (n,).
 
-    Parameters
-    ----------
-    base : FrictionModel
-        Unfitted.
-    effects : sequence of Effect
-    loads : TriboLoads
-    mu : ndarray, shape (n,)
-    groups : ndarray or None
-        Test of each point; without it every point counts alike (ordinary least squares).
-    system : mapping
-        Metadata columns [n, 1] that the effects need.
-    weights : ndarray, shape (n,), optional
-        Of the points, mean 1: the covariance of a bin is that of the noise floor, divided by its mean weight.
+    `groups` holds the test of each point; without it every point counts alike (ordinary least squares). `system` holds the
+    metadata columns [n, 1] that the effects need. With `weights` of the points, shape (n,), mean 1, the covariance of a bin is
+    that of the noise floor, divided by its mean weight.
     """
     campaign = campaign_of(loads, mu, groups)
     campaign.system = dict(system)
@@ -96,246 +65,9 @@ def fit_jointly(
     return JointFit(fitted, problem.shapes, named, noise_floor)
 
 
-def solve_jointly(
-    campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], weights: FloatArray | None = None
-) -> JointProblem:
-    """Return the least-squares problem of a law and effects with the best shape parameters in it; see `fit_jointly`."""
-    problem = JointProblem(campaign, law, list(effects), weights)
-    problem.weigh()
-    problem.optimise()
-    for _ in range(ROUNDS if any(e.needs_mu for e in effects) else 1):
-        problem.weigh()
-        problem.update_own_mu()
-        problem.optimise()
-    problem.choose_weights()
-    return problem
-
-
 def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
     """Return columns that stand for the base while the effects are identified."""
     if base.form != "flexible":
         return base_law(base, campaign)
     # a flexible base would swallow the effect: second order stands in, the base itself is fitted to the rest
     return BaseLaw(base.family, polynomial_columns(campaign, 2), np.zeros(len(campaign.mu)), model=base)
-
-
-class JointProblem:
-    """The least-squares problem of one fit."""
-
-    def __init__(
-        self, campaign: Campaign, law: BaseLaw, effects: list[Effect], weights: FloatArray | None = None
-    ) -> None:
-        self.campaign, self.law, self.effects = campaign, law, effects
-        coefficients = np.linalg.lstsq(law.columns, campaign.mu - law.offset, rcond=1e-10)[0]
-        self.mu = np.maximum(law.columns @ coefficients + law.offset, 0.0)
-        self.base = campaign.average(law.columns)
-        self.y = campaign.average(campaign.mu - law.offset)
-        self.spans = spans_of(campaign, self.mu)
-        self.grids = [e.grids(self.spans) for e in effects]
-        self.shapes = [{n: float(g[len(g) // 2]) for n, g in grid.items()} for grid in self.grids]
-        self.layout = Layout.of(campaign) if len(campaign.tests) >= LEAST_TESTS and campaign.grouped else None
-        self.root = None if weights is None else np.sqrt(campaign.average(weights))
-        self.whiten: Any = self._weighted(lambda values: values)
-        self._known: tuple[Any, FloatArray, FloatArray] | None = None
-        self.scanned = False
-        self.estimated: NoiseFloor | None = None
-
-    def weigh(self) -> None:
-        """Estimate the noise floor around base and effects, and weigh by it."""
-        if self.layout is None:
-            return
-        mean = np.column_stack([flexible_mean(self.campaign, self.law.columns), *self.columns(self.shapes)])
-        self.estimated = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
-        self.whiten = self._weighted(Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6))
-
-    def _weighted(self, whiten: Any) -> Any:
-        """Return what whitens bins that have been multiplied by the roots of their weights."""
-        root = self.root
-        return whiten if root is None else lambda values: whiten(_rows(values, root))
-
-    def choose_weights(self) -> None:
-        """Fall back to ordinary least squares where it predicts tests left out better.
-
-        Generalised least squares relies on what varies within tests. If the formula of an effect is not quite right, this can
-        spoil the levels of the tests.
-        """
-        if self.layout is None:
-            return
-        weighted, shapes = self.whiten, self.shapes
-        best = self._left_out()
-        root = np.sqrt(self.campaign.count)
-        self.whiten = self._weighted(lambda values: _rows(values, root))
-        self.optimise()
-        if self._left_out() > best * KEEP_WEIGHTS:
-            self.whiten, self.shapes = weighted, shapes
-
-    def _left_out(self) -> float:
-        """Return the mean squared error in mu of tests that are left out one by one, at the shapes found."""
-        matrix = np.column_stack([self.base, *self.columns(self.shapes)])
-        white, target = self.whiten(matrix), self.whiten(self.y)
-        scale = np.maximum(np.linalg.norm(white, axis=0), 1e-300)
-        rows = white / scale
-        inverse = np.linalg.inv(rows.T @ rows + RIDGE * np.eye(rows.shape[1]))
-        x = inverse @ (rows.T @ target)
-        error = self.y - (matrix / scale) @ x
-        starts = np.flatnonzero(np.r_[True, np.diff(self.campaign.test) != 0])
-        for start, end in pairwise([*starts, len(target)]):
-            own = rows[start:end]
-            along = inverse @ own.T
-            # what the fit takes from the test itself is taken back (Sherman, Morrison, Woodbury)
-            left = np.linalg.solve(np.eye(end - start) - own @ along, target[start:end] - own @ x)
-            error[start:end] += (matrix[start:end] / scale) @ (along @ left)
-        return float(self.campaign.count @ error**2 / self.campaign.count.sum())
-
-    def columns(self, shapes: Sequence[Mapping[str, float]], points: bool = False) -> list[FloatArray]:
-        """Return the basis of every effect, [m, amplitudes] in the bins or [n, amplitudes] on the points."""
-        out = []
-        for effect, shape in zip(self.effects, shapes, strict=True):
-            n = len(self.mu)
-            basis = [
-                np.broadcast_to(c, (n, 1)) for c in evaluate_points(effect, self.campaign, self.mu, shape)
-            ]
-            block = np.column_stack(basis)
-            out.append(block if points else self.campaign.average(block))
-        return out
-
-    def solve(
-        self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None
-    ) -> tuple[FloatArray, list[FloatArray]]:
-        """Return the base's coefficients and the amplitudes of each effect, signs respected."""
-        coefficients, amplitudes, _ = self._solve(self.columns(shapes) if blocks is None else blocks)
-        return coefficients, amplitudes
-
-    def _solve(self, blocks: list[FloatArray]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
-        """As `solve`, with the weighted residual behind."""
-        p, n = self.base.shape[1], len(self.y)
-        matrix = self.whiten(np.column_stack([self.base, *blocks]))
-        along, target = self._fixed(matrix[:, :p])
-        matrix[:, p:] *= _seen_beside(along, matrix[:, p:])
-        scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-        x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
-        if any(e.pooled for e in self.effects):
-            pull = self._pull(blocks, x / scale)
-            matrix, target = np.vstack([matrix, np.diag(pull * scale)]), np.r_[target, np.zeros(len(x))]
-            x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
-        signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
-        if np.any(x[p:] * signs < 0.0):
-            low = np.r_[np.full(p, -np.inf), np.where(signs > 0, 0.0, -np.inf)]
-            high = np.r_[np.full(p, np.inf), np.where(signs < 0, 0.0, np.inf)]
-            q, r = np.linalg.qr(matrix / scale)
-            # The base is unbounded: scipy multiplies infinite steps to its bounds by zero, and discards the result.
-            with np.errstate(invalid="ignore"):
-                x = lsq_linear(r, q.T @ target, (low, high), lsmr_tol="auto").x
-            x[p:] = np.where(np.abs(x[p:]) < 1e-12 * np.max(np.abs(x)), 0.0, x[p:])
-        rest = (target - (matrix / scale) @ x)[:n]
-        x = x / scale
-        sizes = np.cumsum([0, *(len(e.amplitudes) for e in self.effects)])
-        amplitudes = [x[p + a : p + b] for a, b in pairwise(sizes)]
-        return x[:p], amplitudes, rest
-
-    def _fixed(self, base: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return orthonormal columns of the whitened base, and the whitened target: once for all shapes that are tried."""
-        if self._known is None or self._known[0] is not self.whiten:
-            q = np.linalg.qr(base / np.maximum(np.linalg.norm(base, axis=0), 1e-300))[0]
-            self._known = self.whiten, q, self.whiten(self.y)
-        return self._known[1:]
-
-    def _pull(self, blocks: list[FloatArray], x: FloatArray) -> FloatArray:
-        """Return how much each coefficient is drawn towards zero beside a free fit `x`: the offsets of pooled levels."""
-        pull, at = np.zeros(len(x)), self.base.shape[1]
-        free = self.y - np.column_stack([self.base, *blocks]) @ x
-        test = self.campaign.test if self.campaign.grouped else np.arange(len(free))
-        for effect, block in zip(self.effects, blocks, strict=True):
-            own = slice(at, at + block.shape[1])
-            at += block.shape[1]
-            if effect.pooled:
-                level = by_test(free + block @ x[own], self.campaign.count, test)
-                pull[own] = np.sqrt(shrinkage(level, by_test(block, self.campaign.count, test)))
-        return pull
-
-    def optimise(self) -> None:
-        """Move the shape parameters: first over their scan grids, one effect at a time, then locally."""
-        if not self.scanned:
-            self._scan()
-            self.scanned = True
-        free = [(k, s) for k, e in enumerate(self.effects) for s in e.free_shapes if s.name != "deviating"]
-        if not free:
-            return
-        start = np.array([_inner(self.shapes[k][s.name], s.lower) for k, s in free])
-        lows, highs = [], []
-        for k, s in free:
-            grid = self.grids[k][s.name]
-            low, high = self.effects[k].limits(s, grid)
-            lows.append(_inner(low, s.lower))
-            highs.append(max(_inner(high, s.lower), lows[-1] + 1e-9))
-
-        def at(theta: FloatArray) -> list[dict[str, float]]:
-            shapes = [dict(s) for s in self.shapes]
-            for (k, s), value in zip(free, theta, strict=True):
-                shapes[k][s.name] = float(np.clip(_outer(value, s.lower), s.lower, s.upper))
-            return shapes
-
-        solver: Any = least_squares
-        result = solver(
-            lambda theta: self._solve(self.columns(at(theta)))[2],
-            np.clip(start, lows, highs),
-            bounds=(lows, highs),
-            diff_step=1e-4,
-            max_nfev=30,
-            xtol=1e-7,
-            ftol=1e-9,
-        )
-        self.shapes = at(result.x)
-
-    def _scan(self) -> None:
-        """Take the best set of scan values of every effect beside the others."""
-        candidates = [
-            evaluate(e, self.campaign, self.mu, g) for e, g in zip(self.effects, self.grids, strict=True)
-        ]
-        blocks = [c.columns[:, 0] for c in candidates]
-        target = self.whiten(self.y)
-        for _ in range(2 if len(candidates) > 1 else 1):
-            for k, candidate in enumerate(candidates):
-                project = Projector(self.whiten(np.column_stack([self.base, *blocks[:k], *blocks[k + 1 :]])))
-                best = best_fit(prepare_candidate(candidate, self.whiten, project), project(target)).index
-                blocks[k], self.shapes[k] = candidate.columns[:, best], candidate.shape_at(best)
-
-    def contribution(self, amplitudes: Sequence[FloatArray]) -> FloatArray:
-        """Return the sum of all effects on the points, shape (n,)."""
-        blocks = self.columns(self.shapes, points=True)
-        return np.sum([b @ a for b, a in zip(blocks, amplitudes, strict=True)], axis=0)
-
-    def update_own_mu(self) -> None:
-        """Give effects that depend on the friction coefficient the one of the present fit."""
-        coefficients, amplitudes = self.solve(self.shapes)
-        for _ in range(2):
-            own = self.law.columns @ coefficients + self.law.offset
-            keep = [
-                np.zeros_like(a) if e.kind == "fault" else a
-                for e, a in zip(self.effects, amplitudes, strict=True)
-            ]
-            self.mu = np.maximum(own + self.contribution(keep), 0.0)
-
-
-def _rows(values: FloatArray, by: FloatArray) -> FloatArray:
-    """Return rows of `values`, shape (m,) or (m, k), multiplied by numbers of shape (m,)."""
-    return values * (by if values.ndim == 1 else by[:, None])
-
-
-def _seen_beside(q: FloatArray, columns: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which columns vary beside orthonormal ones of a base, of which the first is the level, shape (k,).
-
-    The amplitude of one that hardly does would be large, cancelled by slopes of the base.
-    """
-    along = q.T @ columns
-    whole = np.sum(columns**2, axis=0)
-    left = whole - np.sum(along**2, axis=0)
-    return np.asarray(left > LEAST_SEEN * (whole - along[0] ** 2))
-
-
-def _inner(value: float, lower: float) -> float:
-    return float(np.log(value)) if lower > 0 else value
-
-
-def _outer(value: float, lower: float) -> float:
-    return float(np.exp(value)) if lower > 0 else value

@@ -11,34 +11,27 @@ from ...effects.base import Effect
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..search.base_law import BaseLaw
-from .joint_fit import JointProblem, solve_jointly
+from .joint_problem import JointProblem, solve_jointly
 
 #: Step of shape parameters for the derivative, relative to their value.
 STEP = 1e-3
 #: A shape parameter that is closer to a bound than this share of its range is at the bound.
 AT_BOUND = 1e-6
+#: Correlation of two estimates from which on it is said.
+TIED = 0.9
 
 
 @dataclass(frozen=True)
 class FittedTerm:
-    """An effect with its fitted parameters.
-
-    Attributes
-    ----------
-    effect : Effect
-    shape, amplitudes : dict of str to float
-        Fitted parameters by name.
-    intervals : dict of str to tuple of float
-        95 % intervals of those that were fitted; shape parameters stay within their bounds.
-    binned : ndarray, shape (m,)
-        Its share of mu in the bins.
-    """
+    """An effect with its fitted parameters."""
 
     effect: Effect
+    #: Fitted parameters by name.
     shape: dict[str, float]
     amplitudes: dict[str, float]
+    #: 95 % intervals of those that were fitted; shape parameters stay within their bounds.
     intervals: dict[str, tuple[float, float]]
-    binned: FloatArray
+    binned: FloatArray  #: Its share of mu in the bins, shape (m,).
 
     @property
     def name(self) -> str:
@@ -59,24 +52,12 @@ class FittedTerm:
 
 @dataclass(frozen=True)
 class FittedTerms:
-    """Law and effects fitted together.
-
-    Attributes
-    ----------
-    terms : list of FittedTerm
-    residual : ndarray, shape (m,)
-        Bin means of measured mu minus the whole law.
-    correlations : list of (str, str, float)
-        Pairs of parameters, as ``effect.parameter``, that are tied by more than `TIED`, the strongest first.
-    """
+    """Law and effects fitted together."""
 
     terms: list[FittedTerm]
-    residual: FloatArray
+    residual: FloatArray  #: Bin means of measured mu minus the whole law, shape (m,).
+    #: Pairs of parameters, as ``effect.parameter``, that are tied by more than `TIED`, the strongest first.
     correlations: list[tuple[str, str, float]]
-
-
-#: Correlation of two estimates from which on it is said.
-TIED = 0.9
 
 
 def fit_terms(campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> FittedTerms:
@@ -84,12 +65,6 @@ def fit_terms(campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> Fitted
 
     The intervals follow from the linearised fit, with the scatter of the tests' own scores as the unit (cluster-robust
     covariance; Liang, Zeger, Biometrika 73 (1986)), and are not narrower than those of independent white residuals.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    law : BaseLaw
-    effects : list of Effect
     """
     if not effects:
         return FittedTerms([], np.empty(0), [])

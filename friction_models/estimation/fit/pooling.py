@@ -14,15 +14,9 @@ LEAST, MOST = 1e-6, 1e6
 def shrinkage(values: FloatArray, member: FloatArray) -> FloatArray:
     """Return ``s^2 / (n tau^2)`` for every level: the mean of its n values is divided by one more than this.
 
-    The variances within and between levels, s^2 and tau^2, are those of the analysis of variance with unequal numbers
-    (Searle, Casella, McCulloch: Variance Components (1992), section 3.6).
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        One value a test.
-    member : ndarray, shape (n, levels)
-        1 where a test belongs to a level, else 0.
+    There is one value a test, shape (n,); `member`, shape (n, levels), is 1 where a test belongs to a level, else 0. The
+    variances within and between levels, s^2 and tau^2, are those of the analysis of variance with unequal numbers (Searle,
+    Casella, McCulloch: Variance Components (1992), section 3.6).
 
     Examples
     --------

@@ -21,16 +21,13 @@ RETURNING = ("v_rel", "T", "sigma_n")
 
 
 def histories(campaign: Campaign) -> dict[str, FloatArray]:
-    """Return quantities along which friction may change by memory, on the scales of their curves.
+    """Return quantities along which friction may change by memory, on the scales of their curves, shape (m,) each.
 
-    Returns
-    -------
-    dict of str to ndarray, shape (m,)
-        ``time`` since the start of the test, ``load path`` (pressure times distance, which grows like friction work), and the
-        highest value so far of each load that falls again. Without those that put the averages in the same order as a
-        load or the distance does: a curve along that one follows them already.
+    ``time`` since the start of the test, ``load path`` (pressure times distance, which grows like friction work), and the
+    highest value so far of each load that falls again. Without those that put the averages in the same order as a load or the
+    distance does: a curve along that one follows them already.
     """
-    if len(campaign.starts) == len(campaign.tests):
+    if campaign.averaged:
         return {}  # averages of whole tests have no history
     told = [rankdata(transformed(campaign, n)) for n in LOAD_NAMES if campaign.varies(n)]
     # A load that varies only between the points of an average says nothing here.

@@ -11,20 +11,17 @@ from dataclasses import dataclass, replace
 from typing import NotRequired, TypedDict
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize
+from scipy.special import chdtri
 
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
+from .layout import Layout, inverse_of_roots
 
 #: Relative to the scatter of the data; keeps the covariance regular on noise-free input.
 FLOOR = 1e-4
 #: Enough tests for an estimate; of more, as many are taken evenly.
 MOST_TESTS = 160
-#: Factor on the variance of a bin that is left out.
-NO_WEIGHT = 1e6
-#: Rows of triangular matrices that are inverted row by row, in all tests at once.
-SMALL = 12
 
 
 class RepeatsNumbers(TypedDict):
@@ -63,33 +60,16 @@ class NoiseFloorNumbers(TypedDict):
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Standard deviations of mu that no function of the loads explains.
+    """Standard deviations of mu that no function of the loads explains."""
 
-    Attributes
-    ----------
-    sensor : float
-        White noise of a point.
-    test : float
-        Scatter between tests.
-    drift : float
-        Slow drift within a test.
-    drift_length : float
-        Its correlation length [mm].
-    interval : tuple of float
-        95 % interval of `total`.
-    bin_sensor : float
-        White noise of a bin of one point as the covariance uses it (holds what points share).
-    known : bool
-        Whether there were enough tests to estimate the scatter between them.
-    """
-
-    sensor: float
-    test: float
-    drift: float
-    drift_length: float
-    interval: tuple[float, float]
+    sensor: float  #: White noise of a point.
+    test: float  #: Scatter between tests.
+    drift: float  #: Slow drift within a test.
+    drift_length: float  #: Its correlation length [mm].
+    interval: tuple[float, float]  #: 95 % interval of `total`.
+    #: White noise of a bin of one point as the covariance uses it (holds what points share).
     bin_sensor: float
-    known: bool = True
+    known: bool = True  #: Whether there were enough tests to estimate the scatter between them.
 
     @property
     def total(self) -> float:
@@ -105,67 +85,6 @@ class NoiseFloor:
             "total": self.total,
             "interval": list(self.interval),
         }
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Bins of all tests as padded arrays [tests, slots].
-
-    Attributes
-    ----------
-    test, slot : ndarray of int, shape (m,)
-        Where each bin stands.
-    shape : tuple of int
-        Tests and slots.
-    gaps : ndarray, shape (tests, slots, slots)
-        Distances between bins of a test [mm].
-    weight : ndarray, shape (tests, slots)
-        1/points, 0 where there is no bin.
-    present : ndarray of bool, shape (tests, slots)
-    """
-
-    test: npt.NDArray[np.intp]
-    slot: npt.NDArray[np.intp]
-    shape: tuple[int, int]
-    gaps: FloatArray
-    weight: FloatArray
-    present: npt.NDArray[np.bool_]
-
-    @classmethod
-    def of(cls, campaign: Campaign) -> Layout:
-        """Return the layout of the bins of a campaign."""
-        shape = (len(campaign.tests), int(campaign.slot.max()) + 1)
-        at = (campaign.test, campaign.slot)
-        distance, weight = np.zeros(shape), np.zeros(shape)
-        distance[at] = campaign.average(campaign.distance)
-        weight[at] = 1.0 / campaign.count
-        if campaign.distrusted is not None:
-            weight[at] *= np.where(campaign.distrusted, NO_WEIGHT, 1.0)
-        present = weight > 0
-        return cls(*at, shape, np.abs(distance[:, :, None] - distance[:, None, :]), weight, present)
-
-    def subset(self, tests: npt.NDArray[np.intp]) -> tuple[Layout, npt.NDArray[np.bool_]]:
-        """Return the layout of some tests, and which bins belong to it."""
-        rows = np.isin(self.test, tests)
-        test = np.searchsorted(tests, self.test[rows])
-        shape = (len(tests), self.shape[1])
-        part = Layout(test, self.slot[rows], shape, self.gaps[tests], self.weight[tests], self.present[tests])
-        return part, rows
-
-    def pad(self, values: FloatArray) -> FloatArray:
-        """Return [tests, slots, k] from [m, k]."""
-        padded = np.zeros((*self.shape, values.shape[1]))
-        padded[self.test, self.slot] = values
-        return padded
-
-    def covariance(self, s_b: float, s_d: float, length: float, s_w: float) -> FloatArray:
-        """Return the covariance of every test, [tests, slots, slots]; identity where there is no bin."""
-        both = self.present[:, :, None] & self.present[:, None, :]
-        S = np.where(both, s_b**2 + s_d**2 * np.exp(-self.gaps / length), 0.0)
-        diagonal = np.where(self.present, s_w**2 * self.weight, 1.0)
-        index = np.arange(self.shape[1])
-        S[:, index, index] += diagonal
-        return S
 
 
 class Whitener:
@@ -195,18 +114,9 @@ class Whitener:
 def estimate(
     campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray, start: NoiseFloor | None = None
 ) -> NoiseFloor:
-    """Estimate the noise floor by REML around a mean in the span of `mean`.
+    """Estimate the noise floor by REML around a mean in the span of the columns `mean`, shape (m, p).
 
-    Parameters
-    ----------
-    campaign : Campaign
-    layout : Layout
-    y : ndarray, shape (m,)
-        Bin means of mu (or of a residual).
-    mean : ndarray, shape (m, p)
-        Columns that the mean may use.
-    start : NoiseFloor, optional
-        An earlier estimate to start from.
+    `y`, shape (m,), are bin means of mu, or of a residual; an earlier estimate may be the `start`.
     """
     if len(campaign.tests) > MOST_TESTS:
         some = np.unique(np.linspace(0, len(campaign.tests) - 1, MOST_TESTS).astype(int))
@@ -308,38 +218,8 @@ def estimate(
     return replace(floor, interval=_interval(floor, tests, mean.shape[1]))
 
 
-def inverse_of_roots(roots: FloatArray, out: FloatArray | None = None) -> FloatArray:
-    """Return the inverses of lower triangular matrices, shape (tests, slots, slots), halving them until they are small.
-
-    For stacks of them this takes a third of the time of `numpy.linalg.inv`, which knows nothing of triangles. They are written to
-    the lower triangles of `out`, if it is given.
-
-    Examples
-    --------
-    >>> inverse_of_roots(np.array([[[2.0, 0.0], [1.0, 4.0]]]))
-    array([[[ 0.5  ,  0.   ],
-            [-0.125,  0.25 ]]])
-    """
-    size = roots.shape[1]
-    found = np.zeros_like(roots) if out is None else out
-    if size <= SMALL:
-        for k in range(size):
-            own = 1.0 / roots[:, k, k]
-            found[:, k, k] = own
-            if k:
-                found[:, k, :k] = -own[:, None] * (roots[:, k : k + 1, :k] @ found[:, :k, :k])[:, 0]
-        return found
-    half = size // 2
-    upper = inverse_of_roots(roots[:, :half, :half], found[:, :half, :half])
-    lower = inverse_of_roots(roots[:, half:, half:], found[:, half:, half:])
-    found[:, half:, :half] = -lower @ (roots[:, half:, :half] @ upper)
-    return found
-
-
 def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float]:
     """Return a 95 % interval of the total: the scatter between tests dominates it (chi-square)."""
-    from scipy.special import chdtri
-
     between = max(tests - min(columns, tests // 3) - 1, 1)
     lower = between / float(chdtri(between, 0.025))
     upper = between / float(chdtri(between, 0.975))

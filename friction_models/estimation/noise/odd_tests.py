@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
-from .noise_floor import Layout, NoiseFloor, estimate
+from .layout import Layout
+from .noise_floor import NoiseFloor, estimate
 from .reference import Reference
 
 #: Robust standard deviations from the prediction of the others beyond which a test is odd.
@@ -23,13 +24,8 @@ LEAST_TESTS = 12
 def odd_tests(campaign: Campaign, columns: FloatArray, floor: NoiseFloor | None) -> list[str]:
     """Return the names of tests whose level no smooth dependence on loads and metadata explains.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    columns : ndarray, shape (m, p)
-        Base in the bins.
-    floor : NoiseFloor or None
-        Estimated here where it is not known yet.
+    A test is not odd where the others at its setting lie off as well: so are the law, or the scatter, there. `columns`, shape
+    (m, p), are the base in the bins; a floor that is not known yet is estimated here.
     """
     tests = len(campaign.tests)
     if tests < LEAST_TESTS:
@@ -37,12 +33,20 @@ def odd_tests(campaign: Campaign, columns: FloatArray, floor: NoiseFloor | None)
     y = campaign.average(campaign.mu)
     if floor is None:
         floor = estimate(campaign, Layout.of(campaign), y, columns)
-    far = np.abs(Reference(campaign, floor, y).surprise(columns)) > ODD
+    off = Reference(campaign, floor, y).surprise(columns)
+    far = np.abs(off) > ODD * np.maximum(_of_the_others(off, campaign.setting), 1.0)
     return (
         [campaign.tests[k] for k in np.flatnonzero(far)]
         if 0 < far.sum() <= max(MOST_ODD * tests, 1.0)
         else []
     )
+
+
+def _of_the_others(off: FloatArray, setting: npt.NDArray[np.intp]) -> FloatArray:
+    """Return the root mean square over the other tests at the setting of each test; 0 where it is alone."""
+    others = np.bincount(setting)[setting] - 1
+    squares = np.maximum(np.bincount(setting, off**2)[setting] - off**2, 0.0)
+    return np.sqrt(np.where(others > 0, squares / np.maximum(others, 1), 0.0))
 
 
 def without_tests(campaign: Campaign, names: list[str]) -> Campaign:

@@ -19,7 +19,8 @@ from scipy.linalg import cho_factor, cho_solve
 from ...loads import FloatArray
 from ...loads.splits import Mask
 from ..campaign.binning import Campaign
-from .noise_floor import Layout, NoiseFloor, Whitener
+from .layout import Layout
+from .noise_floor import NoiseFloor, Whitener
 from .reference_curves import reference_curves
 from .reference_variances import VariancesOfCurves
 
@@ -40,22 +41,8 @@ class _Prepared(NamedTuple):
 class Reference:
     """Flexible prediction of whole tests.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    floor : NoiseFloor
-        Its drift and sensor noise weigh the bins of a test against one another.
-    y : ndarray, shape (m,)
-        Bin means of mu.
-    without : frozenset of str
-        Metadata that is left out.
-
-    Attributes
-    ----------
-    names : list of str
-        Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
-    metadata : list of str
-        The last of them.
+    Drift and sensor noise of the noise floor weigh the bins of a test against one another; `y` is mu in the bins, shape (m,).
+    It is `without` some metadata.
     """
 
     def __init__(
@@ -64,10 +51,11 @@ class Reference:
         self.campaign, self.y = campaign, y
         self._floor, self._left_out, self._others = floor, without, dict[frozenset[str], Reference]()
         self.scale = float(np.std(y)) or 1e-9
+        #: Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
         self.names, self.curves, self._metadata = reference_curves(campaign, without)
         self.metadata = [self.names[k] for k in self._metadata]
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
-        self._starts = np.flatnonzero(np.r_[True, np.diff(campaign.test) != 0])
+        self._starts = campaign.first_bins
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
         self._whiten = whiten
 
@@ -76,14 +64,9 @@ class Reference:
     ) -> FloatArray:
         """Return what the tests of the other folds say of mu in each bin, shape (m,).
 
-        Parameters
-        ----------
-        terms : ndarray, shape (m, p)
-            Columns with free coefficients beside the curves: base and effects.
-        fold_of_test : ndarray of int, shape (tests,)
-        anew : bool
-            Whether the prior variances of each fold come from the other folds, too. It takes as many times longer as there are
-            folds; from all tests they know a little of those that are predicted.
+        `terms`, shape (m, p), are columns with free coefficients beside the curves: base and effects. With `anew` the prior
+        variances of each fold come from the other folds, too: it takes as many times longer as there are folds, but from all
+        tests they know a little of those that are predicted.
         """
         fold = fold_of_test[self.campaign.test]
         predicted, folds = np.empty(len(self.y)), np.unique(fold)

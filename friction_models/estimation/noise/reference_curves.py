@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import products, transformed
 from ..campaign.metadata import MOST_LEVELS, is_text
@@ -30,22 +30,13 @@ SAME_AS_LOAD = 0.999
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves along one quantity, or products of those along two.
+    """Curves along one quantity, or products of those along two."""
 
-    Attributes
-    ----------
-    of : tuple of int
-        Places of the quantities in `Reference.names`.
-    columns : ndarray, shape (m, k)
-    """
-
-    of: tuple[int, ...]
-    columns: FloatArray
+    of: tuple[int, ...]  #: Places of the quantities in `Reference.names`.
+    columns: FloatArray  #: Shape (m, k).
 
 
-def reference_curves(
-    campaign: Campaign, without: Collection[str] = ()
-) -> tuple[list[str], list[Curves], range]:
+def reference_curves(campaign: Campaign, without: Collection[str]) -> tuple[list[str], list[Curves], range]:
     """Return the quantities that tell points or tests apart, curves along them and products, and the places of metadata.
 
     Names do not tell metadata from loads: a test table may state the nominal speed as ``v_rel``. It is `without` some metadata.
@@ -58,9 +49,7 @@ def reference_curves(
         mean = campaign.of_tests(values)
         return np.asarray((mean - mean.mean()) / max(float(mean.std()), 1e-300))
 
-    for name in LOAD_NAMES:
-        if name in campaign.absent or not campaign.varies(name):
-            continue
+    for name in campaign.varied:
         along = name == "sd"
         values = transformed(campaign, name)
         names.append("distance" if along else name)
@@ -68,9 +57,7 @@ def reference_curves(
             _smooth(values, DISTANCE_PLACES if along else PLACES, DISTANCE_REACH if along else REACH)
         )
         means.append(level(values))
-    if "distance" not in names and len(campaign.starts) > len(
-        campaign.tests
-    ):  # the number of the point, then
+    if "distance" not in names and not campaign.averaged:  # the number of the point, then
         distance = np.sqrt(campaign.average(campaign.distance))
         names.append("distance")
         columns.append(_smooth(distance, DISTANCE_PLACES, DISTANCE_REACH))

@@ -29,18 +29,9 @@ NOTHING = -40.0
 class VariancesOfCurves:
     """Logarithms of the prior variances ``theta``: of curves and products in their order, of the offsets of tests, of the noise.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (m, free + columns of all curves)
-        Free terms, then curves, whitened.
-    one, y : ndarray, shape (m,)
-        Ones and mu, whitened the same way.
-    test : ndarray of int, shape (m,)
-        Test of each row, in order.
-    curves : sequence of Curves
-        Those along one quantity, in the order of the quantities, before products.
-    scale : float
-        Standard deviation of mu.
+    `rows`, shape (m, free + columns of all curves), are free terms, then curves, whitened; `one` and `y`, shape (m,), are ones
+    and mu, whitened the same way; `test` is that of each row, in order. Curves along one quantity, in the order of the
+    quantities, stand before products. `scale` is the standard deviation of mu.
     """
 
     def __init__(
@@ -97,12 +88,8 @@ class VariancesOfCurves:
     def needless(self, theta: FloatArray, among: Collection[int]) -> list[int]:
         """Return the quantities without which the measurements are about as likely; of two that say the same, one stays.
 
-        Parameters
-        ----------
-        theta : ndarray
-            Of largest posterior density.
-        among : collection of int
-            Quantities, by their places in `Curves.of`, no two of which share a product.
+        `theta` is that of largest posterior density; `among` are quantities, by their places in `Curves.of`, no two of which
+        share a product.
         """
         own = {k: [j for j, c in enumerate(self.curves) if k in c.of] for k in among}
         given = ((theta - self._mean) / self._spread) ** 2

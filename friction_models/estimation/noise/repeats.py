@@ -5,20 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import chdtri
 
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.metadata import MOST_LEVELS, is_text
+from ..campaign.settings import SAME_SETTING, Indexes, in_steps
 from .noise_floor import RepeatsNumbers
 
-#: Test means of a load that lie closer than this share of their range are the same setting.
-SAME_SETTING = 0.03
-#: So are those that agree to this share of their size: set points are not met better.
-AS_SET = 0.01
-#: The same for temperatures [K].
-SAME_TEMPERATURE = 1.5
 #: Fewest differences between repeats from which a scatter is estimated.
 LEAST_FREEDOM = 3
 #: With fewer than this of the same metadata, tests at the same loads count as repeats whatever their metadata.
@@ -28,29 +22,18 @@ LEAST_SETTINGS, DRAWS = 3, 999
 #: With less than this probability by chance they do.
 LACK_OF_FIT = 0.01
 
-Indexes = npt.NDArray[np.intp]
-
 
 @dataclass(frozen=True)
 class Repeats:
-    """How far tests at the same settings lie apart.
+    """How far tests at the same settings lie apart."""
 
-    Attributes
-    ----------
-    settings, tests : int
-        Settings that were tested more than once, and the tests there.
-    scatter : float
-        Standard deviation in mu of the averages about the mean of their setting: between tests and along them.
-    interval : tuple of float
-        95 % interval of it (chi-square).
-    p_value : float
-        That settings differ as much as they do by chance, if all tests were repeats of one another; 1 for few settings.
-    """
-
+    #: Settings that were tested more than once, and the tests there.
     settings: int
     tests: int
+    #: Standard deviation in mu of the averages about the mean of their setting: between tests and along them.
     scatter: float
-    interval: tuple[float, float]
+    interval: tuple[float, float]  #: 95 % interval of it (chi-square).
+    #: That settings differ as much as they do by chance, if all tests were repeats of one another; 1 for few settings.
     p_value: float
 
     @property
@@ -76,24 +59,14 @@ class Repeats:
 def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repeats | None:
     """Return the scatter of repeats, or None where too few tests repeat others.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    residual : ndarray, shape (m,)
-        What a model leaves of mu in the bins: small differences of the loads between repeats are taken out by it.
-    seed : int
-        Of the draws for the p-value.
-
-    Notes
-    -----
-    The p-value compares the spread of the means of the settings with that of tests dealt at random to settings of the same
-    sizes (permutation test for lack of fit).
+    `residual`, shape (m,), is what a model leaves of mu in the bins: small differences of the loads between repeats are taken
+    out by it. The p-value compares the spread of the means of the settings with that of tests dealt at random to settings of
+    the same sizes (permutation test for lack of fit).
     """
     groups = same_settings(campaign)
     freedom = sum(len(g) - 1 for g in groups)
-    if (
-        freedom < ENOUGH_FREEDOM
-    ):  # on other days or of other batches: what no name describes of them is scatter
+    # on other days or of other batches: what no name describes of them is scatter
+    if freedom < ENOUGH_FREEDOM:
         groups = same_settings(campaign, metadata=False)
         freedom = sum(len(g) - 1 for g in groups)
     if freedom < LEAST_FREEDOM:
@@ -112,8 +85,7 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
 
 def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
     """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
-    columns = [_setting(campaign, n) for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
-    tests = len(campaign.tests)
+    columns, tests = [in_steps(n, level) for n, level in campaign.levels.items()], len(campaign.tests)
     for name in sorted(campaign.system) if metadata else ():
         values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
         if is_text(campaign.loads, name):
@@ -131,18 +103,6 @@ def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
             groups.append(left[near])
         left = left[~near]
     return groups
-
-
-def _setting(campaign: Campaign, name: str) -> FloatArray:
-    """Return the means of a load over each test, in units of what counts as the same."""
-    values = campaign.distance if name == "sd" else getattr(campaign.loads, name)
-    means = campaign.of_tests(campaign.average(values))
-    as_set = SAME_TEMPERATURE if name == "T" else AS_SET * float(np.max(np.abs(means)))
-    if (
-        name in {"v_rel", "sigma_n", "psi"} and means.min() > 0.0
-    ):  # levels of a plan often lie powers of ten apart
-        means, as_set = np.log(means), AS_SET
-    return np.asarray(means / max(SAME_SETTING * float(np.ptp(means)), as_set, 1e-12))
 
 
 def _square_apart(campaign: Campaign, residual: FloatArray, group: Indexes) -> float:

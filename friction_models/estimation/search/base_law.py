@@ -19,30 +19,15 @@ from .candidates import evaluate_points
 
 @dataclass
 class BaseLaw:
-    """The base of a diagnosis.
+    """The base of a diagnosis."""
 
-    Attributes
-    ----------
-    name : str
-        Family, or file of a fixed law, for the report.
-    columns : ndarray, shape (n, p)
-        Terms on all points whose coefficients are fitted together with every candidate effect.
-    offset : ndarray, shape (n,)
-        Part of mu that is not refitted: predictions of a fixed base.
-    fixed : bool
-        Whether the model is taken as it is (an FMU, a constant of given value).
-    effects : tuple of str
-        Effects that the model holds already.
-    model : object
-        The model given, for the domain and for a later refit.
-    """
-
-    name: str
+    name: str  #: Family, or file of a fixed law, for the report.
+    #: Terms on all points whose coefficients are fitted together with every candidate effect, shape (n, p).
     columns: FloatArray
-    offset: FloatArray
-    fixed: bool = False
-    effects: tuple[str, ...] = ()
-    model: Any = field(default=None, repr=False)
+    offset: FloatArray  #: Part of mu that is not refitted: predictions of a fixed base. Shape (n,).
+    fixed: bool = False  #: Whether the model is taken as it is (an FMU, a constant of given value).
+    effects: tuple[str, ...] = ()  #: Effects that the model holds already.
+    model: Any = field(default=None, repr=False)  #: The model given, for the domain and for a later refit.
 
 
 def polynomial_columns(campaign: Campaign, degree: int) -> FloatArray:
@@ -53,19 +38,10 @@ def polynomial_columns(campaign: Campaign, degree: int) -> FloatArray:
 def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
     """Return what a model leaves to fit.
 
-    Parameters
-    ----------
-    model : FrictionModel or object with ``predict(array[n, 5])``
-        A model, fitted or not, says itself what may change; anything else that predicts is a fixed base. Where it has
-        ``predict_frame`` (a friction FMU, an ONNX model), that is asked, so that memory and system variables act.
-    campaign : Campaign
-    seed : int
-        Folds of a flexible base.
-
-    Raises
-    ------
-    InputError
-        An object that cannot predict.
+    A `FrictionModel`, fitted or not, says itself what may change; anything else that predicts, by ``predict(array[n, 5])``, is
+    a fixed base. Where it has ``predict_frame`` (a friction FMU, an ONNX model), that is asked, so that memory and system
+    variables act. `seed` is that of the folds of a flexible base.
+    Raises InputError: an object that cannot predict.
     """
     if isinstance(model, FrictionModel):
         points = tangent.MeasuredPoints(

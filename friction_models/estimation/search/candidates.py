@@ -21,20 +21,11 @@ OPS = NumpyOps()
 
 @dataclass
 class Candidate:
-    """One effect at g sets of shape parameters.
-
-    Attributes
-    ----------
-    effect : Effect
-    shapes : dict of str to ndarray, shape (g,)
-        Shape parameters of every set.
-    columns : ndarray, shape (m, g, amplitudes)
-        Bin means of the basis.
-    """
+    """One effect at g sets of shape parameters."""
 
     effect: Effect
-    shapes: dict[str, FloatArray]
-    columns: FloatArray
+    shapes: dict[str, FloatArray]  #: Shape parameters of every set, each of shape (g,).
+    columns: FloatArray  #: Bin means of the basis, shape (m, g, amplitudes).
 
     def shape_at(self, k: int) -> dict[str, float]:
         """Return the shape parameters of set `k`."""
@@ -49,11 +40,7 @@ def load_columns(loads: TriboLoads) -> LoadColumns:
 def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]:
     """Return the range of each load and of the derived quantities that scan grids follow, and what metadata take.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    mu : ndarray, shape (n,)
-        Friction coefficient of the base model, for friction work and flash heating.
+    `mu`, shape (n,), is the friction coefficient of the base model, for friction work and flash heating.
     """
     loads = campaign.loads
     sliding = loads.v_rel[loads.v_rel > 0.0]
@@ -99,16 +86,9 @@ def _span(values: FloatArray) -> tuple[float, float]:
 def evaluate(
     effect: Effect, campaign: Campaign, mu: FloatArray, grids: Mapping[str, FloatArray]
 ) -> Candidate:
-    """Evaluate an effect over the product of its scan values and average it into bins.
+    """Evaluate an effect over the product of its scan values, by shape parameter, and average it into bins.
 
-    Parameters
-    ----------
-    effect : Effect
-    campaign : Campaign
-    mu : ndarray, shape (n,)
-        Friction coefficient that effects which need one see (the base model's, not the measured one).
-    grids : mapping
-        Scan values by shape parameter.
+    `mu`, shape (n,), is the friction coefficient that effects which need one see (the base model's, not the measured one).
     """
     names = list(grids)
     mesh = np.meshgrid(*(grids[n] for n in names), indexing="ij") if names else []
@@ -165,13 +145,23 @@ def evaluate_points(
     return columns
 
 
+def contribution(
+    effect: Effect,
+    campaign: Campaign,
+    mu: FloatArray,
+    shape: Mapping[str, FloatArray | float],
+    amplitudes: Iterable[float],
+) -> FloatArray:
+    """Return what an effect with these parameters adds to mu on all points, shape (n,)."""
+    columns = evaluate_points(effect, campaign, mu, shape)
+    parts = zip(amplitudes, columns, strict=True)
+    return np.asarray(sum(a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in parts))
+
+
 def _called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
     """Return the result of a method of an effect, checked: users write effects, too.
 
-    Raises
-    ------
-    InputError
-        The method raised, or gives anything else than `count` arrays of numbers.
+    Raises InputError: the method raised, or gives anything else than `count` arrays of numbers.
     """
     where = f"effect {effect.name!r}: {part}"
     try:
@@ -193,10 +183,7 @@ def integrate(
 ) -> dict[str, FloatArray]:
     """Advance the states of an effect through every test, all tests and parameter sets side by side.
 
-    Returns
-    -------
-    dict of str to ndarray, shape (n, g)
-        The states at every point.
+    Returns the states at every point, shape (n, g) each.
     """
     if not effect.states_need_shapes:
         shape = {name: effect.start_shape()[name] for name in shape}

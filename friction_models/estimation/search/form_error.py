@@ -26,14 +26,7 @@ WORTH = 0.1
 
 
 class FormErrors:
-    """Deviations along the loads of a campaign, whitened and without what the base can follow.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    whiten : Whitener
-    project : Projector
-    """
+    """Deviations along the loads of a campaign, whitened and without what the base can follow."""
 
     def __init__(self, campaign: Campaign, whiten: Whitener, project: Projector) -> None:
         self.campaign, self.whiten, self.project = campaign, whiten, project
@@ -53,7 +46,7 @@ class FormErrors:
 
     def _basis(self, fit: Fit) -> FloatArray:
         """Return orthonormal deviations: curves along each load of the effect and of the effect's own value."""
-        drivers = fit.prepared.candidate.effect.driver
+        drivers = fit.effect.driver
         loads = [d for d in drivers if d in LOAD_NAMES and self.campaign.varies(d)]
         blocks = [self._curve(n) for n in loads]
         if len(loads) > 1:
@@ -71,13 +64,8 @@ class FormErrors:
 def evidence(fit: Fit, q: FloatArray, residual: FloatArray) -> float:
     """Return twice the log marginal likelihood of a fit over that of noise, less its penalty.
 
-    Parameters
-    ----------
-    fit : Fit
-    q : ndarray, shape (m, k)
-        Orthonormal deviations that its form may have, whitened and beside the base.
-    residual : ndarray, shape (m,)
-        Whitened, without the base.
+    `q`, shape (m, k), are orthonormal deviations that its form may have, whitened and beside the base; `residual`, shape (m,),
+    is whitened, without the base.
     """
     k = q.shape[1]
     if not k:

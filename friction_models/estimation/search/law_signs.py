@@ -30,17 +30,8 @@ def physical_sets(
 ) -> npt.NDArray[np.bool_]:
     """Return for each set of shape parameters whether base and effect together run the physical way somewhere.
 
-    Only effects of one load, with one amplitude of known sign, are judged; all others are allowed.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    prepared : Prepared
-    residual : ndarray, shape (m,)
-        Whitened, without the base.
-    whiten : Whitener
-    columns, y : ndarray, shape (m, p), (m,)
-        Base and bin means of mu.
+    Only effects of one load, with one amplitude of known sign, are judged; all others are allowed. `residual`, shape (m,), is
+    whitened, without the base; `columns`, shape (m, p), and `y`, shape (m,), are the base and mu in the bins.
     """
     effect, bins = prepared.candidate.effect, prepared.candidate.columns
     sets = bins.shape[1]

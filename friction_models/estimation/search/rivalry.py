@@ -23,13 +23,6 @@ from .search_round import SearchRound
 class Rivalry:
     """Leads of the first of two sets of effects over the second, in units of the variance of the noise.
 
-    Attributes
-    ----------
-    lead : ndarray, shape (tests,)
-        By how much the first leaves a smaller sum of squares in each test.
-    expected : ndarray, shape (tests,)
-        What its lead would be on average if it were true: the square of the difference of the two predictions.
-
     Examples
     --------
     Fifteen tests in which the rivals predict nearly alike, and one that was made to part them:
@@ -45,7 +38,9 @@ class Rivalry:
     0.2
     """
 
+    #: By how much the first leaves a smaller sum of squares in the tests of each setting, shape (settings,).
     lead: FloatArray
+    #: What its lead would be on average if it were true: the square of the difference of the two predictions. Shape (settings,).
     expected: FloatArray
 
     @property
@@ -65,8 +60,9 @@ def rivalry(campaign: Campaign, found: SearchRound, some: Sequence[Fit], others:
     """Compare two sets of effects, fitted beside the base with the shapes of the search, on all tests."""
     y = found.whiten(found.y)
     first, second = (Projector(found.whiten(found.columns_with(fits)))(y) for fits in (some, others))
+    setting = campaign.setting[campaign.test]
     lead, expected = (
-        np.asarray(np.bincount(campaign.test, values, len(campaign.tests)), dtype=float)
+        np.asarray(np.bincount(setting, values), dtype=float)
         for values in (second**2 - first**2, (second - first) ** 2)
     )
     return Rivalry(lead, expected)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...effects.base import Effect
 from ...loads import FloatArray
 from .candidates import Candidate
 
@@ -17,22 +18,12 @@ FAULT_PENALTY = 3.0
 
 @dataclass
 class Prepared:
-    """A candidate after whitening and after the base has been projected out.
-
-    Attributes
-    ----------
-    candidate : Candidate
-    columns : ndarray, shape (m, g, amplitudes)
-        Whitened, projected.
-    gram : ndarray, shape (g, amplitudes, amplitudes)
-    usable : ndarray of bool, shape (g, amplitudes)
-        Whether enough of a column is left beside the base.
-    """
+    """A candidate after whitening and after the base has been projected out."""
 
     candidate: Candidate
-    columns: FloatArray
-    gram: FloatArray
-    usable: np.ndarray
+    columns: FloatArray  #: Whitened, projected, shape (m, g, amplitudes).
+    gram: FloatArray  #: Shape (g, amplitudes, amplitudes).
+    usable: np.ndarray  #: Whether enough of a column is left beside the base, shape (g, amplitudes).
 
     @property
     def name(self) -> str:
@@ -53,30 +44,29 @@ class Prepared:
 
 @dataclass
 class Fit:
-    """The best parameters of one effect.
-
-    Attributes
-    ----------
-    prepared : Prepared
-    index : int
-        Which set of shape parameters.
-    amplitudes : ndarray, shape (amplitudes,)
-    gain : float
-        Drop of the whitened sum of squares minus two per degree of freedom; at most 0 for a useless effect.
-    evidence : float
-        The gain where the form of the effect may be somewhat wrong.
-    """
+    """The best parameters of one effect."""
 
     prepared: Prepared
-    index: int
-    amplitudes: FloatArray
+    index: int  #: Which set of shape parameters.
+    amplitudes: FloatArray  #: Shape (amplitudes,).
+    #: Drop of the whitened sum of squares minus two per degree of freedom; at most 0 for a useless effect.
     gain: float
-    evidence: float
+    evidence: float  #: The gain where the form of the effect may be somewhat wrong.
+
+    @property
+    def effect(self) -> Effect:
+        """The effect."""
+        return self.prepared.candidate.effect
 
     @property
     def name(self) -> str:
         """Name of the effect."""
-        return self.prepared.name
+        return self.effect.name
+
+    @property
+    def columns(self) -> FloatArray:
+        """Basis in the bins, shape (m, amplitudes)."""
+        return self.prepared.candidate.columns[:, self.index]
 
     @property
     def signal(self) -> FloatArray:
@@ -86,7 +76,7 @@ class Fit:
     @property
     def binned(self) -> FloatArray:
         """Contribution to mu in the bins, shape (m,)."""
-        return self.prepared.candidate.columns[:, self.index] @ self.amplitudes
+        return self.columns @ self.amplitudes
 
     @property
     def shape(self) -> dict[str, float]:
@@ -126,18 +116,9 @@ def prepare_candidate(candidate: Candidate, whiten: object, project: Projector) 
 
 
 def drops(prepared: Prepared, scores: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the drop of the sum of squares and the amplitudes that reach it, signs respected.
+    """Return the drop of the sum of squares, shape (g, ...), and the amplitudes that reach it, shape (g, amplitudes, ...), signs respected.
 
-    Parameters
-    ----------
-    prepared : Prepared
-    scores : ndarray, shape (g, amplitudes, ...)
-        Inner products of the columns with the data (or with many simulated data).
-
-    Returns
-    -------
-    drop : ndarray, shape (g, ...)
-    amplitudes : ndarray, shape (g, amplitudes, ...)
+    `scores`, shape (g, amplitudes, ...), are inner products of the columns with the data (or with many simulated data).
     """
     extra = (1,) * (scores.ndim - 2)
     signs, amplitudes = prepared.signs, np.zeros_like(scores)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects.base import Effect
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.curves import on_scale
-from ..campaign.metadata import recorded
-from ..noise.noise_floor import Layout, NoiseFloor, Whitener, estimate, independent_columns
+from ..noise.layout import Layout
+from ..noise.noise_floor import NoiseFloor, Whitener, estimate, independent_columns
 from .base_law import BaseLaw, polynomial_columns
 from .candidates import Candidate
 from .form_error import FormErrors
@@ -38,52 +37,33 @@ OUTLYING = 8.0
 MOST_OUTLIERS = 0.02
 #: Share of a column that must differ from test to test.
 DIFFERS = 0.02
+#: What a test tells of slow noise along it, which effects resemble: its trend and its bend.
+SLOW = 2
+#: Correlation of what effects contribute to the data from which on they contribute the same.
+EQUAL = 0.995
 
 
 @dataclass
 class SearchRound:
-    """What one search found.
-
-    Attributes
-    ----------
-    floor : NoiseFloor
-    residual : ndarray, shape (m,)
-        Whitened bin means without the base.
-    candidates : list of Prepared
-    ranking : list of Fit
-        The largest evidence first; an effect with a constant load does not lead while another one explains about as much.
-    significance : Significance
-        From what all effects gain where nothing is missing.
-    simulated : Simulated
-    whiten, project : callable
-        Whitening, and removal of the base after it.
-    columns : ndarray, shape (m, p)
-        The base in the bins.
-    y : ndarray, shape (m,)
-        Bin means of mu without the fixed part of the base.
-    count : ndarray, shape (m,)
-        Points in each bin.
-    freedom : Freedom
-        Degrees of freedom with which the scatter between tests, and noise along them, are estimated.
-    by_parts : frozenset of str
-        Effects that show nothing beyond a sum of simpler ones.
-    least_p : float
-        Lower bound of the p-values: the one of the first search, before the floor allowed for the winner.
-    """
+    """What one search found."""
 
     floor: NoiseFloor
-    residual: FloatArray
+    residual: FloatArray  #: Whitened bin means without the base, shape (m,).
     candidates: list[Prepared]
+    #: The largest evidence first; an effect with a constant load does not lead while another one explains about as much.
     ranking: list[Fit]
-    significance: Significance
+    significance: Significance  #: From what all effects gain where nothing is missing.
     simulated: Simulated
+    #: Whitening, and removal of the base after it.
     whiten: Whitener
     project: Projector
-    columns: FloatArray
-    y: FloatArray
-    count: FloatArray
+    columns: FloatArray  #: The base in the bins, shape (m, p).
+    y: FloatArray  #: Bin means of mu without the fixed part of the base, shape (m,).
+    count: FloatArray  #: Points in each bin, shape (m,).
+    #: Degrees of freedom with which the scatter between tests, and noise along them, are estimated.
     freedom: Freedom
-    by_parts: frozenset[str] = frozenset()
+    by_parts: frozenset[str] = frozenset()  #: Effects that show nothing beyond a sum of simpler ones.
+    #: Lower bound of the p-values: the one of the first search, before the floor allowed for the winner.
     least_p: float = 0.0
 
     @property
@@ -160,12 +140,8 @@ def _log_speed(campaign: Campaign) -> FloatArray:
 def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
     """Take the weight from bins that lie far off the other bins of their test (two passes).
 
-    If more than one bin in fifty lies far off, all keep their weight: so many show structure, not outliers.
-
-    Returns
-    -------
-    NoiseFloor or None
-        A first estimate; None where there are too few bins to judge.
+    If more than one bin in fifty lies far off, all keep their weight: so many show structure, not outliers. Returns a first
+    estimate of the noise floor; None where there are too few bins to judge.
     """
     y = campaign.average(campaign.mu - base.offset)
     mean = independent_columns(flexible_mean(campaign, base.columns))
@@ -202,18 +178,9 @@ def search(
 ) -> SearchRound:
     """Scan all candidates beyond the base and further terms.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    base : BaseLaw
-    terms : ndarray, shape (m, k), or None
-        Further columns in the bins that belong to the base by now (effects found, freed drivers).
-    candidates : list of Candidate
-    seed : int
-    start : NoiseFloor, optional
-        An earlier estimate of the floor, to start from.
-    also_in_mean : ndarray, shape (m, k), optional
-        Columns that only the estimation of the floor uses (the winner of an earlier round).
+    `terms`, shape (m, k), are further columns in the bins that belong to the base by now (effects found, freed drivers);
+    `start` is an earlier estimate of the floor. Columns `also_in_mean`, shape (m, k), serve the estimation of the floor alone
+    (the winner of an earlier round).
     """
     layout = Layout.of(campaign)
     y = campaign.average(campaign.mu - base.offset)
@@ -235,8 +202,8 @@ def search(
     prepared = [p for p in prepared if p.usable.any()]
     unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
     rng = np.random.default_rng(seed)
-    place, level = campaign.place[campaign.test], whiten(np.ones(len(y)))
-    noise = null_noise(unexplained, level, place, freedom, rng, REPLICATES)
+    setting, level = campaign.setting[campaign.test], whiten(np.ones(len(y)))
+    noise = null_noise(unexplained, level, setting, freedom, rng, REPLICATES)
     simulated = simulate(prepared, project, noise)
     ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
     by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)
@@ -247,7 +214,7 @@ def search(
         residual=residual,
         candidates=prepared,
         ranking=plain_first(ranking, listed),
-        significance=Significance(prepared, simulated, level, place),
+        significance=Significance(prepared, simulated, level, setting),
         simulated=simulated,
         whiten=whiten,
         project=project,
@@ -259,12 +226,6 @@ def search(
     )
 
 
-#: What a test tells of slow noise along it, which effects resemble: its trend and its bend.
-SLOW = 2
-#: Correlation of what effects contribute to the data from which on they contribute the same.
-EQUAL = 0.995
-
-
 def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
     """Let the plainest come first of effects that contribute the same and fit alike: no fault, fewest numbers, listed first.
 
@@ -272,8 +233,7 @@ def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
     """
 
     def plainness(fit: Fit) -> tuple[bool, int, int]:
-        effect = fit.prepared.candidate.effect
-        return effect.kind == "fault", effect.degrees_of_freedom, listed.index(fit.name)
+        return fit.effect.kind == "fault", fit.effect.degrees_of_freedom, listed.index(fit.name)
 
     ordered, rest = list[Fit](), list(ranking)
     while rest:
@@ -290,23 +250,19 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
 
     An evidence within `SAME` of the first one may be a matter of formulas.
     """
-    if not ranking or not ranking[0].prepared.candidate.effect.needs_state:
+    if not ranking or not ranking[0].effect.needs_state:
         return ranking
     for fit in ranking[1:]:
         if fit.evidence < (1.0 - SAME) * ranking[0].evidence:
             break
-        effect = fit.prepared.candidate.effect
-        if not effect.needs_state and set(effect.driver) <= set(ranking[0].prepared.candidate.effect.driver):
+        if not fit.effect.needs_state and set(fit.effect.driver) <= set(ranking[0].effect.driver):
             return [fit, *(f for f in ranking if f is not fit)]
     return ranking
 
 
 def _freedom(campaign: Campaign, mean: FloatArray) -> Freedom:
     """Return what a flexible mean leaves to estimate the scatter between tests, and slow noise along them."""
-    levels = (
-        np.column_stack([np.bincount(campaign.test, campaign.count * column) for column in mean.T])
-        / np.bincount(campaign.test, campaign.count)[:, None]
-    )
+    levels = np.column_stack([campaign.of_tests(column) for column in mean.T])
     # columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test
     between = len(levels) - independent_columns(levels, DIFFERS).shape[1]
     inside = mean - levels[campaign.test]
@@ -314,44 +270,3 @@ def _freedom(campaign: Campaign, mean: FloatArray) -> Freedom:
     bent = independent_columns(inside, DIFFERS).shape[1] if inside.shape[1] else 0
     along = int(np.minimum(np.bincount(campaign.test) - 1, SLOW).sum()) - bent
     return Freedom(float(max(between, 2)), float(max(along, 2)))
-
-
-def testable(
-    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...] = ()
-) -> tuple[list[Effect], list[str]]:
-    """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
-    usable, notes = [], []
-    for effect in effects:
-        absent = [m for m in effect.metadata if m not in campaign.system]
-        if effect.name in taken:
-            continue
-        if effect.driver[0] in campaign.absent:
-            continue  # a warning about the missing load is given already
-        without = effect.lacking(campaign.absent)
-        if without:
-            notes.append(
-                f"{effect.name} was not tested: it needs {' and '.join(without)}, which the data lack"
-            )
-            continue
-        if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
-            notes.append(f"{effect.name} was not tested: memory needs the time t or the distance sd")
-            continue
-        averaged = campaign.count.size == len(campaign.tests)
-        if averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
-            notes.append(
-                f"{effect.name} was not tested: it shows along a test, and there is one point a test"
-            )
-            continue
-        if effect.needs_state and averaged:
-            notes.append(f"{effect.name} was not tested: memory needs more than one point a test")
-            continue
-        if absent:
-            notes.append(
-                f"{effect.name} was not tested: {'; '.join(recorded(campaign.loads, m) for m in absent)}"
-            )
-        else:
-            usable.append(effect)
-            notes += [
-                f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))
-            ]
-    return usable, notes

@@ -20,6 +20,8 @@ FLIPPED = 20
 TWINS = 0.98
 #: A lead below this share of the winner's evidence may come from the formulas rather than from the mechanisms.
 SAME = 0.02
+#: A rival stays where the winner leads by as much in more than this share of data that hold the rival.
+BY_CHANCE = 0.05
 
 
 class Freedom(NamedTuple):
@@ -37,9 +39,9 @@ def null_noise(
     rng: np.random.Generator,
     count: int,
 ) -> FloatArray:
-    """Return whitened data in which nothing is missing, shape (m, count); `test` is the place of the test of each bin.
+    """Return whitened data in which nothing is missing, shape (m, count); `test` numbers the test of each bin, or its setting.
 
-    The residual of every whole test with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
+    The residual of every whole test, or setting of several, with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
     (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. With few tests there
     are too few signs: normal noise then, whose scale varies as that of a floor that was estimated from so little. What a common
     shift of a whole test, `level` (whitened ones), makes of a bin is known from the tests alone; the rest from all that lies along
@@ -79,18 +81,10 @@ def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
 class Significance:
     """Family-wise p-values of gains, from what every candidate gains in noise alone.
 
-    Few tests tell little about the scatter between tests, and much about noise along them. Effects that show mostly along the tests
-    are a family of their own then, so that the one does not drown in the other; each family has half of the level.
+    Few tests tell little about the scatter between tests, and much about noise along them. Effects that show mostly along the
+    tests are a family of their own then, so that the one does not drown in the other; each family has half of the level.
 
-    Parameters
-    ----------
-    candidates : list of Prepared
-    simulated : dict
-        What each sees of noise.
-    level : ndarray, shape (m,)
-        Whitened ones.
-    test : ndarray of int, shape (m,)
-        Test of each bin.
+    `level`, shape (m,), are whitened ones; `test`, shape (m,), numbers the test of each bin, or its setting.
     """
 
     def __init__(
@@ -126,11 +120,11 @@ def _shows_along(candidate: Prepared, level: FloatArray, test: npt.NDArray[np.in
     return bool(seen.any() and np.median(between[seen] / total[seen]) < 0.5)
 
 
-def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05) -> list[str]:
+def confusion_set(ranking: list[Fit], simulated: Simulated) -> list[str]:
     """Return the effects that the data cannot tell from the winner, the winner first.
 
     For each rival, data are simulated from its own fit. It stays in the set if the winner leads by as much as observed in
-    more than `level` of these data. Noise hardly matters beside a strong effect; a small lead then only shows which formula
+    more than `BY_CHANCE` of these data. Noise hardly matters beside a strong effect; a small lead then only shows which formula
     happens to fit better, so it does not count.
     """
     winner = ranking[0]
@@ -143,7 +137,7 @@ def confusion_set(ranking: list[Fit], simulated: Simulated, level: float = 0.05)
             continue
         signal = rival.signal
         lead = _gains(winner.prepared, signal, simulated) - _gains(rival.prepared, signal, simulated)
-        if float(np.mean(lead >= winner.gain - rival.gain)) > level:
+        if float(np.mean(lead >= winner.gain - rival.gain)) > BY_CHANCE:
             kept.append(rival.name)
     return kept
 

@@ -27,6 +27,8 @@ REPLICATES = 399
 INTERACTION = 0.15
 #: Metadata with so few values are levels, whatever lies between them.
 MOST_LEVELS_APART = 4
+#: Places that are told of a difference of two predictions.
+MOST_PLACES = 2
 
 
 class StructurePlace(TypedDict):
@@ -44,54 +46,28 @@ class StructurePlace(TypedDict):
 
 @dataclass
 class Structure:
-    """What a flexible model finds beyond base and effects.
+    """What a flexible model finds beyond base and effects."""
 
-    Attributes
-    ----------
-    excess : float
-        Whitened squared signal of the strongest block beyond what noise gives.
-    p_value : float
-        Family-wise over the blocks.
-    rms : float
-        RMS of this signal in mu.
-    where : list of StructurePlace
-        Blocks that stand out.
-    """
-
-    excess: float
-    p_value: float
-    rms: float
-    where: list[StructurePlace]
+    excess: float  #: Whitened squared signal of the strongest block beyond what noise gives.
+    p_value: float  #: Family-wise over the blocks.
+    rms: float  #: RMS of this signal in mu.
+    where: list[StructurePlace]  #: Blocks that stand out.
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """How far the residual still bends along the loads of the winner.
+    """How far the residual still bends along the loads of the winner."""
 
-    Attributes
-    ----------
-    excess : float
-        Whitened squared signal beyond what noise gives.
-    p_value : float
-        Chi-square.
-    """
-
-    excess: float = 0.0
-    p_value: float = 1.0
+    excess: float = 0.0  #: Whitened squared signal beyond what noise gives.
+    p_value: float = 1.0  #: Chi-square.
 
 
 def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:
     """Test whether curves along the loads of an effect fit the residual better than noise does.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-    fit : Fit
-    signal : ndarray, shape (m, k)
-        Whitened columns of all effects found.
+    `signal`, shape (m, k), are whitened columns of all effects found.
     """
-    columns = spline_columns(campaign, fit.prepared.candidate.effect.driver)
+    columns = spline_columns(campaign, fit.effect.driver)
     project = Projector(np.column_stack([found.whiten(found.columns), signal]))
     q = Projector(project(found.whiten(columns))).q if columns.shape[1] else columns
     if not q.shape[1]:
@@ -101,28 +77,18 @@ def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatAr
 
 
 def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
-    """Look for structure beyond the base and the whitened contribution `signal` of the winner.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-    signal : ndarray, shape (m, k)
-        Whitened columns of the effects found; k may be 0.
-    seed : int
-    """
+    """Look for structure beyond the base and the whitened columns `signal` of the effects found, shape (m, k); k may be 0."""
     names = [n for n in LOAD_NAMES if campaign.varies(n)]
     curves = {n: curve(transformed(campaign, n), 3) for n in names}
     blocks: dict[tuple[str, ...], FloatArray] = {(n,): curves[n] for n in names}
     for a, b in combinations(names, 2):
-        pairs = [curves[a][:, [i]] * curves[b][:, [j]] for i in range(3) for j in range(3)]
-        blocks[(a, b)] = np.column_stack([curves[a], curves[b], *pairs])
+        blocks[(a, b)] = _with_products(curves[a], curves[b])
     base = np.column_stack([found.whiten(found.columns), signal])
     project = Projector(base)
     residual = project(found.residual)
     rng = np.random.default_rng([seed, 77])
-    place, level = campaign.place[campaign.test], found.whiten(np.ones(len(found.y)))
-    noise = null_noise(residual, level, place, found.freedom, rng, REPLICATES)
+    setting, level = campaign.setting[campaign.test], found.whiten(np.ones(len(found.y)))
+    noise = null_noise(residual, level, setting, found.freedom, rng, REPLICATES)
     data = np.column_stack([residual, project(noise)])
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():
@@ -144,7 +110,7 @@ def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, s
     strongest = keys[int(np.argmax(table[:, 0]))]
     total = max(float(residual @ residual), 1e-300)
     where = [
-        _describe(campaign, keys[k], fits[keys[k]], residual, excess[keys[k]] / total)
+        _described(campaign, keys[k], fits[keys[k]] @ (fits[keys[k]].T @ residual), excess[keys[k]] / total)
         for k in significant[:3]
     ]
     return Structure(
@@ -161,23 +127,12 @@ def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatA
     return float(np.sqrt(max(mean_square * max(excess, 0.0) / max(power, 1e-300), 0.0)))
 
 
-def places_of(
-    campaign: Campaign, difference: FloatArray, metadata: Sequence[str] = (), most: int = 2
-) -> list[StructurePlace]:
-    """Return along which loads and metadata a difference of two predictions runs, the strongest first.
+def places_of(campaign: Campaign, difference: FloatArray, metadata: Sequence[str]) -> list[StructurePlace]:
+    """Return along which loads and metadata a difference of two predictions in the bins, shape (m,), runs, the strongest first.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    difference : ndarray, shape (m,)
-        In the bins.
-    metadata : sequence of str
-        Columns of the test table that count, too.
-    most : int
-        Places to return.
+    `metadata` are columns of the test table that count, too.
     """
     names = [n for n in LOAD_NAMES if campaign.varies(n)]
-    own = {n: _metadata_curve(campaign, n) for n in metadata}
     root = np.sqrt(campaign.count)
     mean = float(campaign.count @ difference / campaign.count.sum())
     target = root * (difference - mean)
@@ -190,23 +145,24 @@ def places_of(
         fit = q @ (q.T @ target)
         shares[key] = (float(fit @ fit) / whole, fit)
 
+    def add_surface(a: str, b: str, columns: FloatArray) -> None:
+        add((a, b), _with_products(curves[a], columns))
+        if shares[(a, b)][0] < max(shares[(a,)][0], shares[(b,)][0]) + INTERACTION:
+            del shares[(a, b)]
+
     for n in names:
         add((n,), curves[n])
     for a, b in combinations(names, 2):
-        add((a, b), np.column_stack([curves[a], curves[b], products(curves[a][:, :3], curves[b][:, :3])]))
-        alone = max(shares[(a,)][0], shares[(b,)][0], 0.0)
-        if shares[(a, b)][0] < alone + INTERACTION:
-            del shares[(a, b)]
-    for n, columns in own.items():
+        add_surface(a, b, curves[b])
+    for n in metadata:
+        columns = _metadata_curve(campaign, n)
         add((n,), columns)
         for a in names:
-            add((a, n), np.column_stack([curves[a], columns, products(curves[a][:, :3], columns[:, :3])]))
-            if shares[(a, n)][0] < max(shares[(a,)][0], shares[(n,)][0]) + INTERACTION:
-                del shares[(a, n)]
+            add_surface(a, n, columns)
     best = sorted(shares, key=lambda key: -shares[key][0])
     return [
         _described(campaign, key, shares[key][1], shares[key][0])
-        for key in best[:most]
+        for key in best[:MOST_PLACES]
         if shares[key][0] > 0.1
     ]
 
@@ -220,14 +176,13 @@ def _metadata_curve(campaign: Campaign, name: str) -> FloatArray:
     return curve(values, 1)
 
 
-def _describe(
-    campaign: Campaign, key: tuple[str, ...], q: FloatArray, residual: FloatArray, share: float
-) -> StructurePlace:
-    """Return in which part of the range a block is strong, and its shape."""
-    return _described(campaign, key, q @ (q.T @ residual), share)
+def _with_products(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return two curves with the products of their first columns."""
+    return np.column_stack([a, b, products(a[:, :3], b[:, :3])])
 
 
 def _described(campaign: Campaign, key: tuple[str, ...], fit: FloatArray, share: float) -> StructurePlace:
+    """Return in which part of the range a fit in the bins is strong, and its shape."""
     weight = np.abs(fit)
     strong = weight >= np.quantile(weight, 0.8)
     region = {}

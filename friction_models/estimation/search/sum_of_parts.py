@@ -24,17 +24,8 @@ def shown_by_parts(
 ) -> frozenset[str]:
     """Return the effects that show nothing beyond a sum of curves along each of their loads.
 
-    Only effects with several amplitudes are asked: the others are simpler than any sum.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    ranking : sequence of Fit
-    residual : ndarray, shape (m,)
-        Whitened, without the base.
-    whiten : Whitener
-    project : Projector
-        Removes the base.
+    Only effects with several amplitudes are asked: the others are simpler than any sum. `residual`, shape (m,), is whitened,
+    without the base, which `project` removes.
     """
     asked = [f for f in ranking if len(f.amplitudes) > 1 and f.gain > 0.0]
     return frozenset(
@@ -59,14 +50,14 @@ def is_part(fit: Fit, whole: Fit) -> bool:
 
 
 def _drivers(fit: Fit) -> frozenset[str]:
-    return frozenset(fit.prepared.candidate.effect.driver)
+    return frozenset(fit.effect.driver)
 
 
 def _own_gain(
     campaign: Campaign, fit: Fit, residual: FloatArray, whiten: Whitener, project: Projector
 ) -> float:
     """Return the gain of an effect, at its best shape, beyond curves along each of its loads."""
-    curves = spline_columns(campaign, fit.prepared.candidate.effect.driver, KNOTS)
+    curves = spline_columns(campaign, fit.effect.driver, KNOTS)
     beyond = Projector(project(whiten(curves)))
     prepared = fit.prepared
     columns = beyond(prepared.columns)

@@ -1,6 +1,7 @@
-"""Effects that the data cannot judge, because a load that they need is missing or constant.
+"""Effects that the data cannot judge, because a load or metadata that they need is missing or constant.
 
-Such an effect does not lead the ranking while another one explains as much, and a verdict that names it is less certain.
+Those that lack something are not tried. One with a constant load does not lead the ranking while another one explains as much,
+and a verdict that names it is less certain.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from ...effects.base import Effect
 from ...loads import FloatArray
 from ...loads.time_steps import rests, time_steps
 from ..campaign.binning import Campaign
+from ..campaign.metadata import recorded
 from .scan import Fit
 
 #: An effect with at least this share of the gain of the first one may lead the ranking in its place.
@@ -23,6 +25,37 @@ EITHER = 0.5
 SPEED_FACTOR = 2.0
 #: A load varies within tests when this share of its variance lies within them.
 WITHIN = 1e-3
+
+
+def testable(
+    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...]
+) -> tuple[list[Effect], list[str]]:
+    """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
+    usable, notes = [], []
+    for effect in effects:
+        if effect.name in taken or effect.driver[0] in campaign.absent:
+            continue  # a warning about the missing load is given already
+        reason = _not_tested(effect, campaign)
+        if reason is not None:
+            notes.append(f"{effect.name} was not tested: {reason}")
+            continue
+        usable.append(effect)
+        notes += [f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))]
+    return usable, notes
+
+
+def _not_tested(effect: Effect, campaign: Campaign) -> str | None:
+    """Return why these data cannot say anything about an effect; None where they can."""
+    if without := effect.lacking(campaign.absent):
+        return f"it needs {' and '.join(without)}, which the data lack"
+    if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
+        return "memory needs the time t or the distance sd"
+    if campaign.averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
+        return "it shows along a test, and there is one point a test"
+    if effect.needs_state and campaign.averaged:
+        return "memory needs more than one point a test"
+    absent = [m for m in effect.metadata if m not in campaign.system]
+    return "; ".join(recorded(campaign.loads, m) for m in absent) if absent else None
 
 
 def constant(effect: Effect, campaign: Campaign) -> list[str]:
@@ -60,35 +93,25 @@ def varied_first(campaign: Campaign, ranking: list[Fit]) -> list[Fit]:
     An effect with a constant load depends on its other loads only, so these data cannot prefer it to an effect of those
     loads. It stays in the ranking as a rival.
     """
-    if not ranking or not constant(ranking[0].prepared.candidate.effect, campaign):
+    if not ranking or not constant(ranking[0].effect, campaign):
         return ranking
     first = ranking[0]
-    shown = {n for n in first.prepared.candidate.effect.driver if n not in campaign.absent}
+    shown = {n for n in first.effect.driver if n not in campaign.absent}
     for fit in ranking[1:]:
-        effect = fit.prepared.candidate.effect
         if fit.gain < AS_GOOD * first.gain or fit.gain <= 0.0:
             continue
-        if shown & set(effect.driver) and not constant(effect, campaign):
+        if shown & set(fit.effect.driver) and not constant(fit.effect, campaign):
             return [fit, *(f for f in ranking if f is not fit)]
     return ranking
 
 
 def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[float, list[str]]:
-    """Return the largest confidence that the recorded loads allow for a verdict, and the reasons.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    verdict : str
-    chosen : sequence of Fit
-        The effects that it names.
-    """
+    """Return the largest confidence that the recorded loads allow for a verdict that names the `chosen` effects, and the reasons."""
     if verdict == "out_of_domain":
         return 1.0, []
     notes = []
     # outside forming the surface does not expand, and averages over a test have no distance
-    averaged = campaign.count.size == len(campaign.tests)
-    without = [n for n in campaign.absent if n != "psi" and not (averaged and n == "sd")]
+    without = [n for n in campaign.absent if n != "psi" and not (campaign.averaged and n == "sd")]
     if without:
         lacking = f"of a load that the data lack ({', '.join(without)}): record it, or keep it constant in all tests"
         notes.append(
@@ -97,7 +120,7 @@ def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[flo
             else f"what is missing may as well be an effect {lacking}"
         )
     for fit in chosen:
-        effect = fit.prepared.candidate.effect
+        effect = fit.effect
         flat = constant(effect, campaign)
         if flat:
             rest = [n for n in effect.driver if n not in flat]

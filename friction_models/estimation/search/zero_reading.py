@@ -31,26 +31,16 @@ READINGS, LEAST_READING = 20.0, 1.0
 
 @dataclass(frozen=True)
 class ZeroReading:
-    """Offset of the friction force by readings without load, as friction stress on the contact.
+    """Offset of the friction force by readings without load, as friction stress on the contact."""
 
-    Attributes
-    ----------
-    low, high : float
-        Bounds of the offset [MPa], on average over the tests. Records with a reading after the test are corrected for part of
-        it already.
-    std : float
-        Standard error of a reading [MPa]: noise of the cell and scatter of its zero from test to test.
-    spread : float
-        Relative error of the effect on mu, because contact areas differ.
-    area : float
-        Of the contact [mm2].
-    """
-
+    #: Bounds of the offset [MPa], on average over the tests. Records with a reading after the test are corrected for part of it
+    #: already.
     low: float
     high: float
+    #: Standard error of a reading [MPa]: noise of the cell and scatter of its zero from test to test.
     std: float
-    spread: float
-    area: float
+    spread: float  #: Relative error of the effect on mu, because contact areas differ.
+    area: float  #: Of the contact [mm2].
 
     def away(self, stress: float) -> float:
         """Return how far a stress lies outside the bounds [MPa]."""
@@ -68,16 +58,9 @@ class ZeroReading:
 
 
 def cell_noise(sensor: float, sigma_n: FloatArray, seconds: float) -> float:
-    """Return the standard error of a reading without load [MPa].
+    """Return the standard error of a reading without load of some seconds [MPa].
 
-    Parameters
-    ----------
-    sensor : float
-        Noise of mu from sample to sample.
-    sigma_n : ndarray
-        Contact pressures at which it was found [MPa].
-    seconds : float
-        How long the cell is read [s].
+    `sensor` is the noise of mu from sample to sample, `sigma_n` holds the contact pressures at which it was found [MPa].
     """
     return sensor * float(np.median(sigma_n)) / float(np.sqrt(seconds * READINGS))
 
@@ -92,11 +75,7 @@ def needed_offset(fit: Fit) -> tuple[float, float]:
 def read_zero(campaign: Campaign, sensor: float) -> ZeroReading | None:
     """Return what the test table says about the zero of the friction cell; None where it says nothing.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    sensor : float
-        Noise of mu from sample to sample.
+    `sensor` is the noise of mu from sample to sample.
     """
     table = campaign.loads.context
     if table is None or AFTER not in table.columns or AREA not in table.columns:
@@ -120,18 +99,10 @@ def read_zero(campaign: Campaign, sensor: float) -> ZeroReading | None:
 
 
 def expected(campaign: Campaign, sensor: float, fault: Fit, seconds: float) -> float:
-    """Return the standard errors by which a reading without load should decide about `force_zero`.
+    """Return the standard errors by which a reading without load of some seconds should decide about `force_zero`.
 
-    The smaller value of two cases counts: the offset is as large as `fault` needs, or there is none.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    sensor : float
-        Noise of mu from sample to sample.
-    fault : Fit
-    seconds : float
-        How long the cell is read [s].
+    The smaller value of two cases counts: the offset is as large as `fault` needs, or there is none. `sensor` is the noise of
+    mu from sample to sample.
     """
     needed, error = needed_offset(fault)
     noise = float(np.hypot(cell_noise(sensor, campaign.loads.sigma_n, seconds), _repeats(campaign)))
@@ -159,22 +130,9 @@ def judge_zero(
 ) -> tuple[list[Candidate], list[str]]:
     """Let a reading without load decide between `force_zero` and the laws of pressure.
 
-    A reading that contradicts the offset which `force_zero` needs rules this effect out. A reading that confirms it adds
-    to its evidence, and laws of pressure with clearly less evidence leave the ranking.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    found : SearchRound
-        Its ranking is changed.
-    candidates : list of Candidate
-
-    Returns
-    -------
-    candidates : list of Candidate
-        Those that are still possible.
-    remarks : list of str
-        What the reading said.
+    A reading that contradicts the offset which `force_zero` needs rules this effect out. A reading that confirms it adds to its
+    evidence, and laws of pressure with clearly less evidence leave the ranking of the search. Returns the candidates that are
+    still possible, and what the reading said.
     """
     fault = next((f for f in found.ranking if f.name == ZERO), None)
     reading = None if fault is None else read_zero(campaign, found.floor.sensor)
@@ -191,10 +149,9 @@ def judge_zero(
     if reading.present <= DECIDES:
         return candidates, []
     fault.evidence += reading.present**2
-    driver = fault.prepared.candidate.effect.driver
 
     def beaten(fit: Fit) -> bool:
-        same = fit is not fault and fit.prepared.candidate.effect.driver == driver
+        same = fit is not fault and fit.effect.driver == fault.effect.driver
         return same and fit.evidence + DECIDES**2 < fault.evidence
 
     out = [f.name for f in found.ranking if beaten(f) and f.gain > 0.0]

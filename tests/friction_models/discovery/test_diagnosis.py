@@ -265,7 +265,7 @@ def test_every_hidden_form_differs_from_the_catalogue() -> None:
 def test_rivals_of_one_effect_are_told_from_a_further_one() -> None:
     def fit(name: str) -> Any:
         effect = SimpleNamespace(label=f"<{name}>", sentence=f"{name} acts")
-        return SimpleNamespace(name=name, prepared=SimpleNamespace(candidate=SimpleNamespace(effect=effect)))
+        return SimpleNamespace(name=name, effect=effect)
 
     stribeck, hersey, batch = fit("stribeck"), fit("hersey"), fit("batch")
     evidence = SimpleNamespace(

@@ -1,0 +1,67 @@
+"""Error budgets of sets of effects: the model with them, and a flexible reference beside them, on unseen tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+from ...effects.base import Effect
+from ...estimation.campaign.binning import Campaign
+from ...estimation.noise.reference import Reference
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
+from ...estimation.search.structure import StructurePlace, places_of
+from ...loads import FloatArray
+from .error_budget import ErrorShares, error_shares
+from .unseen_tests import UnseenTests, errors_of_tests, mean_of
+
+#: Ways to divide the tests, where the reference alone says that something is missing.
+DIVISIONS = 4
+
+
+class BesideReference:
+    """What can be predicted of unseen tests beyond a set of effects, as far as the flexible reference knows."""
+
+    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
+        self.campaign, self.unseen, self.found = campaign, unseen, found
+        self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
+
+    @cached_property
+    def reference(self) -> Reference:
+        """Flexible prediction of the tests from one another."""
+        return Reference(self.campaign, self.found.floor, self.found.y)
+
+    def shares(self, kept: Sequence[Fit]) -> ErrorShares:
+        """Return the budget of the model with effects."""
+        beside = [[], kept] if kept else [[]]
+        known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
+        return error_shares(self.unseen.errors(), self.unseen.errors(effects_of(kept)), known)
+
+    def divided(self) -> ErrorShares:
+        """Return the budget where nothing is named, on average over several ways to divide the tests: one alone is partly chance."""
+        terms, unseen = self.found.columns_with([]), self.unseen
+        more = (UnseenTests(unseen.campaign, unseen.base, unseen.seed + k) for k in range(1, DIVISIONS))
+        ways = [unseen, *more]
+        flexible = [
+            self.found.y - self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways
+        ]
+        base = mean_of([way.errors() for way in ways])
+        return error_shares(base, base, [mean_of([errors_of_tests(self.campaign, r) for r in flexible])])
+
+    def places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
+        """Return where the reference predicts something else than the model with what is named."""
+        model = self.found.y - self.unseen.residual(effects_of(kept))
+        return places_of(self.campaign, self._predicted(kept) - model, self.reference.metadata)
+
+    def _predicted(self, kept: Sequence[Fit]) -> FloatArray:
+        """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
+        key = tuple(sorted((f.name, f.index) for f in kept))
+        if key not in self._flexible:
+            columns = self.found.columns_with(kept)
+            self._flexible[key] = self.reference.out_of_fold(columns, self.unseen.fold_of_test)
+        return self._flexible[key]
+
+
+def effects_of(fits: Sequence[Fit]) -> list[Effect]:
+    """Return the effects of fits."""
+    return [f.effect for f in fits]

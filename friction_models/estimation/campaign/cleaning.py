@@ -1,0 +1,121 @@
+"""What is left out of a table before its tests are binned: gaps, copies of tests, points beyond what bins need, spikes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import gcd
+
+import numpy as np
+import pandas as pd
+
+from ...common.wording import counted
+from ...loads import LOADS, FloatArray
+
+MOST_POINTS = 150_000
+LEAST_COPY = 3  # points: fewer agree by chance where values are rounded
+TOLD_APART = 4  # columns
+LEAST_ALIKE = 5  # different tests, each of them as often as the others: the table was copied
+SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in every point
+SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
+STEPS = 2.5  # of the resolution: noise around the edge of a step jumps by one or two of them
+MOST_VALUES = 0.1  # share of the points that differ: with fewer values mu was rounded
+
+
+def without_gaps(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
+    """Return the points that have a number in every column; a table without any such point is left to be refused."""
+    columns = [q.name for q in LOADS if q.name in frame.columns] + ["mu"]
+    full = frame[columns].notna().all(axis=1)
+    if full.all() or not full.any():
+        return frame
+    holding = [c for c in columns if frame[c].isna().any()]
+    warnings.append(
+        f"{int((~full).sum())} of {len(frame)} points have no number in {', '.join(holding)} and were left out"
+    )
+    return frame[full].reset_index(drop=True)
+
+
+def thinned(frame: pd.DataFrame, whole: int, warnings: list[str]) -> pd.DataFrame:
+    """Return every k-th point of each test where there are far more than bins need; tests of at most `whole` points stay."""
+    step = len(frame) // MOST_POINTS + 1
+    if step == 1:
+        return frame
+    place = frame.groupby("test_id", sort=False).cumcount()
+    size = frame.groupby("test_id", sort=False)["mu"].transform("size")
+    kept = frame[(place % step == 0) | (size <= whole)]
+    warnings.append(f"every {step}. point was used ({len(kept)} of {len(frame)})")
+    return kept.reset_index(drop=True)
+
+
+def without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
+    """Return the tests without those that are copies of an earlier one: copies would pass for confirmation.
+
+    No two tests agree in all loads and in mu to `SAME_VALUE` of the range of each: the noise of the sensor is larger. Tests of
+    one or two points must agree exactly, in at least `TOLD_APART` columns that vary.
+    """
+    columns = [q.name for q in LOADS if q.name in frame.columns] + ["mu"]
+    values = frame[columns].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=np.float64)
+    span = np.ptp(values, axis=0)
+    varied = int(np.sum(span > 0.0))
+    values = values / (SAME_VALUE * np.where((span > 0.0) & np.isfinite(span), span, 1.0))
+    rows_of = {str(k): v for k, v in frame.groupby("test_id", sort=False).indices.items()}
+    order = {name: k for k, name in enumerate(rows_of)}
+    near = sorted((len(rows), float(values[rows, -1].mean()), name) for name, rows in rows_of.items())
+    copies = _all_several_times({name: values[rows].tobytes() for name, rows in rows_of.items()})
+    exact = True
+    for k, (size, level, name) in enumerate(near):
+        for other_size, other_level, other in near[k + 1 :]:
+            if other_size != size or not other_level - level <= 1.0:
+                break
+            apart = float(np.max(np.abs(values[rows_of[other]] - values[rows_of[name]])))
+            if apart <= 1.0 if size >= LEAST_COPY else apart == 0.0 and varied >= TOLD_APART:
+                copies.add(max(name, other, key=order.__getitem__))
+                exact = exact and apart == 0.0
+    if not copies:
+        return frame
+    told = sorted(copies, key=order.__getitem__)
+    shown = ", ".join(told[:4]) + (" ..." if len(told) > 4 else "")
+    how = "exact copies of others" if exact else f"copies of others (to {SAME_VALUE:g} of the range)"
+    warnings.append(f"{len(told)} tests are {how} and were left out ({shown})")
+    return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
+
+
+def _all_several_times(held: Mapping[str, bytes]) -> set[str]:
+    """Return the surplus tests of a table that holds everything n times: some single points agree by chance, but not all."""
+    alike: dict[bytes, list[str]] = {}
+    for name, content in held.items():
+        alike.setdefault(content, []).append(name)
+    times = gcd(*map(len, alike.values()))
+    if times < 2 or len(alike) < LEAST_ALIKE:
+        return set()
+    return {name for names in alike.values() for name in names[len(names) // times :]}
+
+
+def without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> FloatArray:
+    """Return mu with single points far off their neighbours replaced by the median of five around them.
+
+    Monotone stretches pass unchanged, also steep ones: break-away and running-in are not spikes.
+    """
+    if len(mu) < 10:
+        return mu
+    windows = np.lib.stride_tricks.sliding_window_view(mu, 5)
+    middle = np.median(windows, axis=1)
+    names = test.to_numpy()
+    same = names[4:] == names[:-4]
+    distance = np.where(same, np.abs(mu[2:-2] - middle), 0.0)
+    second = np.where(names[2:] == names[:-2], np.abs(np.diff(mu, 2)), np.nan)
+    noise = 1.4826 / np.sqrt(6.0) * pd.Series(second).groupby(names[1:-1]).transform("median").to_numpy()
+    spike = distance > np.fmax(12.0 * noise[1:-1], max(SPIKE, STEPS * _resolution(mu)))
+    if not spike.any():
+        return mu
+    warnings.append(f"left out, far off their neighbours: {counted(int(spike.sum()), 'single point')}")
+    cleaned = mu.copy()
+    cleaned[2:-2][spike] = middle[spike]
+    return cleaned
+
+
+def _resolution(mu: FloatArray) -> float:
+    """Return the step in which mu was recorded; 0 where hardly a value comes twice."""
+    values = np.unique(mu)
+    if len(values) < 3 or len(values) > MOST_VALUES * len(mu):
+        return 0.0
+    return float(np.median(np.diff(values)))

@@ -1,0 +1,63 @@
+"""Settings of a plan: tests at about the same loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ...loads import FloatArray
+
+#: Test means of a load that lie closer than this share of their range are the same setting.
+SAME_SETTING = 0.03
+#: So are those that agree to this share of their size: set points are not met better.
+AS_SET = 0.01
+#: The same for temperatures [K].
+SAME_TEMPERATURE = 1.5
+#: A contact warms up while its set points stay: within this share of the range of its temperatures it is one setting.
+WARMS = 0.15
+#: With fewer settings, or where fewer tests share one, every test stands for itself: in a random plan some are near by chance.
+LEAST_SETTINGS, LEAST_SHARED = 20, 0.5
+
+Indexes: TypeAlias = npt.NDArray[np.intp]
+
+
+def in_steps(name: str, means: FloatArray, share: float = SAME_SETTING) -> FloatArray:
+    """Return the means of a load over each test in units of what counts as the same: a share of their range, or more."""
+    as_set = SAME_TEMPERATURE if name == "T" else AS_SET * float(np.max(np.abs(means)))
+    # levels of a plan often lie powers of ten apart
+    if name in {"v_rel", "sigma_n", "psi"} and means.min() > 0.0:
+        means, as_set = np.log(means), AS_SET
+    return np.asarray(means / max(share * float(np.ptp(means)), as_set, 1e-12))
+
+
+def setting_of_tests(
+    levels: Mapping[str, FloatArray], tool: FloatArray | None, place: Indexes, averaged: bool
+) -> Indexes:
+    """Return the setting of each test, numbered in the order of their loads, shape (tests,).
+
+    Tests at the same set points, one after the other while the contact warms up, share what a formula gets wrong there: as
+    evidence for a law they are one, and left out together, else the others of a setting give away what it holds (Roberts et al.,
+    Ecography 40 (2017) 913). `levels` are mean loads of the tests, `tool` the temperature that was set, where it is known, `place`
+    their places in the order of the loads; they are `averaged` if each is one average.
+    """
+    columns = [in_steps(n, v) for n, v in levels.items() if n != "T" and (averaged or n != "sd")]
+    if "T" in levels:
+        columns.append(in_steps("T", levels["T"], WARMS) if tool is None else _tool_steps(tool))
+    if not columns:
+        return place
+    at, setting, count = np.column_stack(columns), np.full(len(place), -1), 0
+    for k in np.argsort(place):
+        if setting[k] < 0:
+            near = np.all(np.abs(at - at[k]) <= 1.0, axis=1)
+            setting[near & (setting < 0)] = count
+            count += 1
+    shared = float(np.mean(np.bincount(setting)[setting] > 1))
+    return setting if count >= LEAST_SETTINGS and shared >= LEAST_SHARED else place
+
+
+def _tool_steps(tool: FloatArray) -> FloatArray:
+    """Return the temperature that was set for each test in units of what counts as the same."""
+    return np.asarray(tool / max(SAME_SETTING * float(np.ptp(tool)), SAME_TEMPERATURE))
