@@ -121,7 +121,14 @@ class Campaign:
     @cached_property
     def setting(self) -> npt.NDArray[np.intp]:
         """Setting of each test, see `setting_of_tests`."""
-        return setting_of_tests(self)
+        averaged = self.count.size == len(self.tests)
+        columns = {n: getattr(self.loads, n) for n in LOAD_NAMES if n not in self.absent and self.varies(n)}
+        if not averaged:  # how long a test was
+            columns.pop("sd", None)
+        if "T" in columns and "T_tool" in self.system:
+            columns["T_tool"] = self.system["T_tool"][:, 0]
+            del columns["T"]
+        return setting_of_tests({n: self.of_tests(self.average(c)) for n, c in columns.items()}, self.place)
 
     def part(self, rows: npt.NDArray[np.bool_]) -> Campaign:
         """Return the points of some tests, binned, with their metadata."""

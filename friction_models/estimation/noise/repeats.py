@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import chdtri
 
-from ...loads import FloatArray
+from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
-from ..campaign.settings import Indexes, same_settings
+from ..campaign.metadata import MOST_LEVELS, is_text
+from ..campaign.settings import SAME_SETTING, in_units
 from .noise_floor import RepeatsNumbers
 
 #: Fewest differences between repeats from which a scatter is estimated.
@@ -20,6 +22,8 @@ ENOUGH_FREEDOM = 8
 LEAST_SETTINGS, DRAWS = 3, 999
 #: With less than this probability by chance they do.
 LACK_OF_FIT = 0.01
+
+Indexes = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,35 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
         (float(np.sqrt(low)), float(np.sqrt(high))),
         _by_chance(level, groups, seed),
     )
+
+
+def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
+    """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
+    columns = [_setting(campaign, n) for n in LOAD_NAMES if n not in campaign.absent and campaign.varies(n)]
+    tests = len(campaign.tests)
+    for name in sorted(campaign.system) if metadata else ():
+        values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
+        if is_text(campaign.loads, name):
+            columns.append(values / 1e-9)  # another level is another setting
+        elif len(np.unique(values)) <= MOST_LEVELS * tests:  # else measured anew in each test
+            columns.append(values / max(SAME_SETTING * float(np.ptp(values)), 1e-9))
+    if not columns:
+        return [np.arange(tests)]
+    means = np.column_stack(columns)
+    groups: list[Indexes] = []
+    left = np.lexsort(means.T[::-1])
+    while len(left):
+        near = np.all(np.abs(means[left] - means[left[0]]) <= 1.0, axis=1)
+        if near.sum() > 1:
+            groups.append(left[near])
+        left = left[~near]
+    return groups
+
+
+def _setting(campaign: Campaign, name: str) -> FloatArray:
+    """Return the means of a load over each test, in units of what counts as the same."""
+    values = campaign.distance if name == "sd" else getattr(campaign.loads, name)
+    return in_units(name, campaign.of_tests(campaign.average(values)))
 
 
 def _square_apart(campaign: Campaign, residual: FloatArray, group: Indexes) -> float:
