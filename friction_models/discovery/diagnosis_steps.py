@@ -25,7 +25,7 @@ from ..estimation.campaign.factors import factors_of
 from ..estimation.campaign.own_heat import without_own_heat
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
 from ..estimation.noise.odd_tests import odd_tests, without_tests
-from ..estimation.search.base_law import BaseLaw, base_law, polynomial_columns
+from ..estimation.search.base_law import BaseLaw, base_law
 from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.search.search_round import distrust_outliers
 from ..estimation.search.unseen_loads import testable
@@ -33,6 +33,7 @@ from ..families.registry import make_model
 from ..loads import LOAD_NAMES, FloatArray, require_loads
 from ..models.base import FrictionModel
 from ..models.domain import Domain
+from ..models.tangent import polynomial_columns
 from .answer.diagnosis import Diagnosis
 from .assembly import Judged, assemble
 from .effect_search import EffectSearch
@@ -119,7 +120,7 @@ def diagnose(
     judged = _judge(campaign, base, candidates, seed, floor, whole, stages)
     if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
-        shifted = replace(base, columns=polynomial_columns(campaign, 1))
+        shifted = replace(base, columns=polynomial_columns(campaign.loads, 1))
         if _spare(campaign, shifted) >= SPARE:
             beside = _judge(campaign, shifted, candidates, seed, floor, (campaign, shifted), stages)
             if beside.verdict in NAMED and beside.verdict != judged.verdict:

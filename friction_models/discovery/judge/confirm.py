@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,6 @@ import numpy as np
 from ...estimation.campaign.binning import Campaign
 from ...estimation.noise.repeats import repeats_of
 from ...estimation.search.importance import LEAST_SHARE
-from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import AS_GOOD
@@ -18,6 +17,7 @@ from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
 from .error_budget import ErrorShares, fall, helps
 from .identifiability import RESOLUTION
+from .rivals import Further, Rivals, told
 from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
 from .verdict import LEVEL
 
@@ -33,27 +33,17 @@ WEAK_SHARE, SURE_ALONG = 0.3, 4.0
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
 #: by this share.
 MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
-#: An effect must beat what could stand in its place by so many standard errors on unseen tests.
-APART = 1.7
 #: Most effects that are named together.
 MOST_NAMED = 4
 #: Further effects that are compared on unseen tests.
 TRIED = 3
 #: Standard errors by which a further effect must lower the error.
 CERTAIN = 2.0
-#: Share of the gain of the first effect below which another one is no rival.
-WORTH = 0.25
-#: A rival of at least this share of the gain of the first effect stays where the tests do not prefer the first by so many
-#: standard errors, formulas being as wrong as the leads of single tests show.
-AS_LIKELY, AGREED = 0.5, 1.0
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
 #: verdict to say so.
 BEYOND_REPEATS = 0.25
-
-#: Searches for further effects beside those given; the best first.
-Further = Callable[[Sequence[Fit]], list[Fit]]
 
 
 class Confirm:
@@ -63,6 +53,7 @@ class Confirm:
         self.campaign, self.unseen, self.found, self.further = campaign, unseen, found, further
         self.straight = StraightFits(campaign, unseen, found)
         self.beside = BesideReference(campaign, unseen, found)
+        self.rivals = Rivals(campaign, found, self.straight, further)
 
     def __call__(self, verdict: str, chosen: list[Fit], named: str, bent: bool) -> Confirmation:
         """Return a verdict whose names lower the error on unseen tests.
@@ -94,9 +85,9 @@ class Confirm:
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([])
-        rivals_of = self._rivals(kept, shares) if kept else {}
-        kept = self._largest_first(kept)
-        rivals = _told(kept, rivals_of)
+        beside = self.rivals.of(kept, shares.missing)
+        kept = self.rivals.largest_first(kept)
+        rivals = told(kept, beside)
         if verdict == "explained" and rivals:
             verdict = "ambiguous"
         where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
@@ -159,17 +150,6 @@ class Confirm:
                 if _prefers(before, self.unseen.errors(effects_of(instead))):
                     return instead
         return kept
-
-    def _largest_first(self, kept: list[Fit]) -> list[Fit]:
-        """Return the effects led by one that carries far more of the error on unseen tests than the first, if there is one."""
-        if len(kept) < 2:
-            return kept
-        left = [self.straight.errors([g for g in kept if g is not f]).rms ** 2 for f in kept]
-        carried = np.array(left) - self.straight.errors(kept).rms ** 2
-        most = int(np.argmax(carried))
-        if carried[0] > AS_GOOD * carried[most]:
-            return kept
-        return [kept[most], *(f for f in kept if f is not kept[most])]
 
     def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
@@ -235,43 +215,6 @@ class Confirm:
         weak = weak and fall(before, after, "within")[1] < SURE_ALONG
         return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
 
-    def _rivals(self, kept: Sequence[Fit], shares: ErrorShares) -> dict[str, list[str]]:
-        """Return for each name the effects that would leave hardly more in its place, or that some tests prefer to it."""
-        first, *others = kept
-        names = {f.name for f in kept}
-        own = self.straight.errors(kept)
-        tried = [
-            f
-            for f in self.found.ranking
-            if f.gain > WORTH * first.gain and f.name not in names and not self.found.just(first, f)
-        ]
-        told: dict[str, list[str]] = {f.name: [] for f in kept}
-        for f in tried:
-            instead = [f, *others]
-            as_good = shares.missing > 0.0 and (
-                self.straight.errors(instead).rms ** 2 - own.rms**2 < shares.missing
-            )
-            if as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead)):
-                told[first.name].append(f.name)
-        for named in others:
-            beside = [f for f in kept if f is not named]
-            told[named.name] = [
-                f.name
-                for f in self.further(beside)
-                if f.name not in names and fall(self.straight.errors([*beside, f]), own)[1] < APART
-            ]
-        return told
-
-    def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
-        """Return whether the tests prefer some effects to others.
-
-        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
-        """
-        averaged = self.campaign.averaged
-        if averaged and fall(self.straight.errors(instead), self.straight.errors(kept))[1] < APART:
-            return False
-        return rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
-
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
             return 0.0
@@ -289,12 +232,6 @@ def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:
     if verdict == "nothing_missing" and shares.missing > BEYOND_REPEATS * shares.base:
         return "unknown_structure"
     return "partly_explained" if verdict == "explained" and shares.left > EXPLAINED else verdict
-
-
-def _told(kept: Sequence[Fit], rivals: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """Return the rivals of the first name; then further names, each with its own, where it has some."""
-    first, *others = [f.name for f in kept] or [""]
-    return (*rivals.get(first, ()), *(n for name in others if rivals[name] for n in (name, *rivals[name])))
 
 
 def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:

@@ -87,9 +87,13 @@ class Campaign:
     @cached_property
     def setting(self) -> npt.NDArray[np.intp]:
         """Setting of each test, see `setting_of_tests`."""
-        tool = self.system.get("T_tool")
-        tool_level = None if tool is None else self.of_tests(self.average(tool[:, 0]))
-        return setting_of_tests(self.levels, tool_level, self.place, self.averaged)
+        means = dict(self.levels)
+        if not self.averaged:  # how long a test was
+            means.pop("sd", None)
+        if "T" in means and "T_tool" in self.system:
+            means["T_tool"] = self.of_tests(self.average(self.system["T_tool"][:, 0]))
+            del means["T"]
+        return setting_of_tests(means, self.place)
 
     def part(self, rows: npt.NDArray[np.bool_]) -> Campaign:
         """Return the points of some tests, binned, with their metadata."""

@@ -1,9 +1,8 @@
-"""Settings of a plan: tests at about the same loads."""
+"""Settings of a plan: tests at about the same loads, which are one witness of a law."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -21,33 +20,31 @@ WARMS = 0.15
 #: With fewer settings, or where fewer tests share one, every test stands for itself: in a random plan some are near by chance.
 LEAST_SETTINGS, LEAST_SHARED = 20, 0.5
 
-Indexes: TypeAlias = npt.NDArray[np.intp]
+Indexes = npt.NDArray[np.intp]
 
 
-def in_steps(name: str, means: FloatArray, share: float = SAME_SETTING) -> FloatArray:
-    """Return the means of a load over each test in units of what counts as the same: a share of their range, or more."""
-    as_set = SAME_TEMPERATURE if name == "T" else AS_SET * float(np.max(np.abs(means)))
+def in_units(name: str, means: FloatArray, share: float = SAME_SETTING) -> FloatArray:
+    """Return the means of a load over each test, in units of what counts as the same: a share of their range, or more."""
+    as_set = SAME_TEMPERATURE if name in {"T", "T_tool"} else AS_SET * float(np.max(np.abs(means)))
     # levels of a plan often lie powers of ten apart
     if name in {"v_rel", "sigma_n", "psi"} and means.min() > 0.0:
         means, as_set = np.log(means), AS_SET
     return np.asarray(means / max(share * float(np.ptp(means)), as_set, 1e-12))
 
 
-def setting_of_tests(
-    levels: Mapping[str, FloatArray], tool: FloatArray | None, place: Indexes, averaged: bool
-) -> Indexes:
-    """Return the setting of each test, numbered in the order of their loads, shape (tests,).
+def setting_of_tests(means: Mapping[str, FloatArray], place: Indexes) -> Indexes:
+    """Return the setting of each test, numbered in an order of the tests.
 
     Tests at the same set points, one after the other while the contact warms up, share what a formula gets wrong there: as
     evidence for a law they are one, and left out together, else the others of a setting give away what it holds (Roberts et al.,
-    Ecography 40 (2017) 913). `levels` are mean loads of the tests, `tool` the temperature that was set, where it is known, `place`
-    their places in the order of the loads; they are `averaged` if each is one average.
+    Ecography 40 (2017) 913).
+
+    `means`, shape (tests,) each, are those of the loads that were set; of temperatures ``T_tool`` where it is known, else ``T``.
+    The `place` of each test in the order, shape (tests,), is returned where every test stands for itself.
     """
-    columns = [in_steps(n, v) for n, v in levels.items() if n != "T" and (averaged or n != "sd")]
-    if "T" in levels:
-        columns.append(in_steps("T", levels["T"], WARMS) if tool is None else _tool_steps(tool))
-    if not columns:
+    if not means:
         return place
+    columns = [in_units(n, m, WARMS if n == "T" else SAME_SETTING) for n, m in means.items()]
     at, setting, count = np.column_stack(columns), np.full(len(place), -1), 0
     for k in np.argsort(place):
         if setting[k] < 0:
@@ -56,8 +53,3 @@ def setting_of_tests(
             count += 1
     shared = float(np.mean(np.bincount(setting)[setting] > 1))
     return setting if count >= LEAST_SETTINGS and shared >= LEAST_SHARED else place
-
-
-def _tool_steps(tool: FloatArray) -> FloatArray:
-    """Return the temperature that was set for each test in units of what counts as the same."""
-    return np.asarray(tool / max(SAME_SETTING * float(np.ptp(tool)), SAME_TEMPERATURE))

@@ -13,8 +13,9 @@ from ...loads import FloatArray, TriboLoads
 from ...models.base import FrictionModel, Groups
 from ...models.domain import Domain
 from ...models.effective_variance import FitWeights
+from ...models.tangent import polynomial_columns
 from ..campaign.binning import Campaign, campaign_of
-from ..search.base_law import BaseLaw, base_law, polynomial_columns
+from ..search.base_law import BaseLaw, base_law
 from .joint_problem import solve_jointly
 
 
@@ -70,4 +71,4 @@ def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
     if base.form != "flexible":
         return base_law(base, campaign)
     # a flexible base would swallow the effect: second order stands in, the base itself is fitted to the rest
-    return BaseLaw(base.family, polynomial_columns(campaign, 2), np.zeros(len(campaign.mu)), model=base)
+    return BaseLaw(base.family, polynomial_columns(campaign.loads, 2), np.zeros(len(campaign.mu)), model=base)

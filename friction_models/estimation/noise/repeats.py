@@ -10,7 +10,7 @@ from scipy.special import chdtri
 from ...loads import FloatArray
 from ..campaign.binning import Campaign
 from ..campaign.metadata import MOST_LEVELS, is_text
-from ..campaign.settings import SAME_SETTING, Indexes, in_steps
+from ..campaign.settings import SAME_SETTING, Indexes, in_units
 from .noise_floor import RepeatsNumbers
 
 #: Fewest differences between repeats from which a scatter is estimated.
@@ -85,7 +85,7 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
 
 def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
     """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
-    columns, tests = [in_steps(n, level) for n, level in campaign.levels.items()], len(campaign.tests)
+    columns, tests = [in_units(n, level) for n, level in campaign.levels.items()], len(campaign.tests)
     for name in sorted(campaign.system) if metadata else ():
         values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
         if is_text(campaign.loads, name):

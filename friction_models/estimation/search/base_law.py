@@ -10,9 +10,9 @@ import numpy as np
 
 from ...common import InputError
 from ...loads import FloatArray
-from ...models import tangent
 from ...models.base import FrictionModel
 from ...models.measures import ALLOWED, predict_points
+from ...models.tangent import MeasuredPoints
 from ..campaign.binning import Campaign
 from .candidates import evaluate_points
 
@@ -30,11 +30,6 @@ class BaseLaw:
     model: Any = field(default=None, repr=False)  #: The model given, for the domain and for a later refit.
 
 
-def polynomial_columns(campaign: Campaign, degree: int) -> FloatArray:
-    """Return all products of the scaled loads up to `degree`, constant first."""
-    return tangent.polynomial_columns(campaign.loads, degree)
-
-
 def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
     """Return what a model leaves to fit.
 
@@ -44,7 +39,7 @@ def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
     Raises InputError: an object that cannot predict.
     """
     if isinstance(model, FrictionModel):
-        points = tangent.MeasuredPoints(
+        points = MeasuredPoints(
             campaign.loads,
             campaign.mu,
             campaign.tests,

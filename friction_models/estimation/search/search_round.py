@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...loads import FloatArray
+from ...models.tangent import polynomial_columns
 from ..campaign.binning import Campaign
 from ..campaign.curves import on_scale
 from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate, independent_columns
-from .base_law import BaseLaw, polynomial_columns
+from .base_law import BaseLaw
 from .candidates import Candidate
 from .form_error import FormErrors
 from .law_signs import physical_sets
@@ -116,14 +117,14 @@ def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
 
 def _smooth_columns(campaign: Campaign) -> FloatArray:
     tests = len(campaign.tests)
-    z = polynomial_columns(campaign, 1)
+    z = polynomial_columns(campaign.loads, 1)
     columns = []
     if tests >= 8:
         columns.append(np.column_stack([z, z**2]))
         if campaign.varies("v_rel"):  # laws of speed run over decades
             columns.append(_log_speed(campaign))
     if tests >= 30:
-        columns.append(polynomial_columns(campaign, 2))
+        columns.append(polynomial_columns(campaign.loads, 2))
     if tests >= 60:
         columns.append(np.column_stack([np.maximum(z - q, 0.0) ** 2 for q in (-0.8, 0.8)]))
     within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge import confirm
+from friction_models.discovery.judge import rivals
 from friction_models.discovery.judge.confidence import MOST_IN_ANOTHER_FORM
 from friction_models.estimation.search.unseen_loads import EITHER
 from friction_models.loads import FloatArray as Array
@@ -95,7 +95,7 @@ def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPa
     data = at_one_speed_each(0, 2.0, 60.0, 40.0, settling_of_its_own)
     found = diagnose(data, model="linear")
     assert (found.verdict, found.confusion_set) == ("ambiguous", ["running_in", "rate_state"]), found.sentence
-    monkeypatch.setattr(confirm, "AGREED", -np.inf)
+    monkeypatch.setattr(rivals, "AGREED", -np.inf)
     assert diagnose(data, model="linear").verdict == "explained", "the agreement of the tests decides"
 
 
