@@ -72,6 +72,7 @@ def _confidence(
         nothing and (len(campaign.tests) < FEW_TESTS or _blurred(campaign, found)),
         nothing and factor is not None,  # what sets the two groups apart is missing
         nothing and confirmed.lacks_fit,
+        verdict == "unknown_structure" and not level.off and confirmed.by_repeats,
         judged.knows_noise,
         verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in judged.chosen),
     ]

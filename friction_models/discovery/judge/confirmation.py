@@ -40,6 +40,11 @@ class Confirmation:
         return self.repeats is not None and self.repeats.lacks_fit
 
     @property
+    def by_repeats(self) -> bool:
+        """Whether settings differ by more than their repeats, and nothing predicts how: a law of the loads, or of the day."""
+        return self.lacks_fit and self.shares is not None and not self.shares.by_reference
+
+    @property
     def of_another_form(self) -> bool:
         """Whether unseen tests are predicted a little better without the formulas of what is named than with them."""
         return self.verdict in NAMED and self.shares is not None and self.shares.beyond > ANOTHER_FORM
