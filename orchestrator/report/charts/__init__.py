@@ -1,1 +1,1 @@
-"""Charts, one file a subject; colours of all pages stand in `parts/theme.py`, those of one chart at the top of its file."""
+"""Charts, one file a subject; colours of all pages stand in `parts/theme.py`, which of them a chart takes at the top of its file."""
