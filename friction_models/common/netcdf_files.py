@@ -91,6 +91,26 @@ def write_dataset(data: Dataset, path: Path) -> None:
 
 @contextmanager
 def open_dataset(path: Path) -> Iterator[h5netcdf.File]:
-    """Open a netCDF file for reading; a damaged one raises `DAMAGED_NETCDF`, here or where its values are read."""
+    """Open a netCDF file for reading; a damaged one raises `DAMAGED_NETCDF`, here or where its values are read.
+
+    So does one whose values mean something else than their numbers: what was packed anew, or marks gaps by a number.
+    """
     with library().File(path, "r") as file:
+        for name, variable in file.variables.items():
+            if changed := _changed_meaning(variable.attrs):
+                raise ValueError(
+                    f"variable {name!r} has the attribute {changed!r}; allowed: values as they are, gaps as NaN"
+                )
         yield file
+
+
+def _changed_meaning(attributes: Mapping[str, Any]) -> str:
+    """Return the attribute by which values are to be scaled or left out; empty where they stand for themselves."""
+    for name in ("scale_factor", "add_offset"):
+        if name in attributes:
+            return name
+    for name in ("_FillValue", "missing_value"):
+        fill = np.ravel(attributes[name]) if name in attributes else np.empty(0)
+        if not all(isinstance(x, np.floating | float) and np.isnan(x) for x in fill):
+            return name
+    return ""

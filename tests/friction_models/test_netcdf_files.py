@@ -47,3 +47,16 @@ def test_a_name_with_a_slash_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"run\.nc: variable 'a/b'; allowed: names without '/'"):
         write_dataset(Dataset({"a/b": RUN.variables["forming.active"]}, {}, {}), tmp_path / "run.nc")
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("packed", [{"scale_factor": 2.0}, {"add_offset": 1.0}, {"_FillValue": -999.0}])
+def test_values_that_mean_something_else_than_their_numbers_are_refused(
+    tmp_path: Path, packed: dict[str, float]
+) -> None:
+    data = xarray.Dataset(*RUN)
+    data.to_netcdf(tmp_path / "packed.nc", engine="h5netcdf", encoding={"friction.mu": packed})
+    with (
+        pytest.raises(ValueError, match=rf"variable 'friction.mu' has the attribute '{next(iter(packed))}'"),
+        open_dataset(tmp_path / "packed.nc"),
+    ):
+        pass
