@@ -176,24 +176,28 @@ class UnseenTests:
     def _predicted(self, effects: Sequence[Effect]) -> FloatArray:
         campaign = self.campaign
         fold = self.fold_of_test[campaign.point_test]
-        predict = _anew if refitted(self.base) else _beside
+        anew = _with_effects(campaign, self.base, effects) if refitted(self.base) else None
         predicted = np.empty(len(campaign.mu))
         for k in np.unique(fold):
             unseen = fold == k
-            predicted[unseen] = predict(campaign, self.base, effects, unseen)
+            if anew is None:
+                predicted[unseen] = _beside(campaign, self.base, effects, unseen)
+            else:
+                predicted[unseen] = predicted_unseen(*anew, campaign.mu, unseen)[1]
         return predicted
 
 
-def _anew(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
-    """Return predictions of a model with effects, refitted to the other tests."""
+def _with_effects(
+    campaign: Campaign, law: BaseLaw, effects: Sequence[Effect]
+) -> tuple[FrictionModel, TriboLoads]:
+    """Return a model with further effects, to be fitted, and the loads with the metadata that it needs."""
     model = law.model
     if effects:
         base = model.base if isinstance(model, ComposedFriction) else model
         held = list(model.effects) if isinstance(model, ComposedFriction) else []
         model = ComposedFriction(clone(base), [*held, *effects])
     known = model.effects if isinstance(model, ComposedFriction) else []
-    loads = with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
-    return predicted_unseen(model, loads, campaign.mu, unseen)[1]
+    return model, with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
 
 
 def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
