@@ -13,7 +13,7 @@ from friction_models.loads import FloatArray
 
 from .causes import Cause
 from .curves import BENT, LevelForces, fingerprint
-from .result import Attribution, Fit, LevelCurves, Strength
+from .result import LEFT, Attribution, Fit, LevelCurves, Strength
 from .scatter import Scatter
 from .sensitivities import Sensitivities
 
@@ -66,15 +66,22 @@ def attribution(
             f.cause for f in ranking[1:] if _confused(signal, X[f.cause], parts[f.cause], first.gain - f.gain)
         ]
         second, signal = _second(y, X, parts, confusion, [n for n in seen if n not in confusion], len(seen))
-    after = y - signal
     total = np.concatenate(deviation)
     scale = float(np.sqrt(np.mean(total**2)))
     expected = np.sqrt(np.mean(scatter.deviation**2))
-    left = scatter.factor @ after
-    chi2 = float(after @ after) / len(y)
-    if confusion and chi2 > 4.0:
+    left, times = _left(y - signal, scatter)
+    if confusion and times > LEFT and np.sqrt(np.mean(left**2)) > scale:
+        # Repeats and mesh leave the height of the curves open, so the course decides; but far outside the scatter a cause
+        # that takes the curves further apart explains nothing.
         notes.append(
-            f"what is left after the causes named is {np.sqrt(chi2):.1f} times the scatter: something else is wrong too"
+            f"{first.cause} would fit the course of the curves best, but leave {np.sqrt(np.mean(left**2)):.1f} kN in place of "
+            f"{scale:.1f}: not named"
+        )
+        confusion, second = [], []
+        left, times = _left(y, scatter)
+    elif confusion and times > LEFT:
+        notes.append(
+            f"what is left after the causes named is {times:.1f} times the scatter: something else is wrong too"
         )
     return Attribution(
         ranking=ranking,
@@ -100,6 +107,11 @@ def attribution(
         warnings=notes,
         curves=_curves(levels, columns, parts, left, scatter),
     )
+
+
+def _left(whitened: FloatArray, scatter: Scatter) -> tuple[FloatArray, float]:
+    """Return forces that are left [kN], and their size in standard deviations of the scatter."""
+    return scatter.factor @ whitened, float(np.sqrt(np.mean(whitened**2)))
 
 
 def _whitened(prints: Sequence[Sequence[FloatArray]], scatter: Scatter) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypedDict
 
@@ -128,7 +129,7 @@ class Attribution(Drawn):
     def sentence(self) -> str:
         """The result in one sentence."""
         if not self.confusion_set:
-            return "Attribution, not proof: the simulated curves lie within the scatter of the measured ones; no cause stands out."
+            return f"Attribution, not proof: the simulated curves lie {self.place}; no cause stands out."
         first = self.confusion_set[0]
         others = self.confusion_set[1:]
         text = f"the curves point to {' or '.join(self.kinds)}: {first}"
@@ -137,6 +138,14 @@ class Attribution(Drawn):
         if self.second:
             text += f"; beside it {' or '.join(self.second)}"
         return f"Attribution, not proof: {text}."
+
+    @property
+    def place(self) -> str:
+        """Where the simulated curves lie if no cause stands out."""
+        d = self.deviation
+        outside = d["before"] > LEFT * math.hypot(d["scatter"], d["mesh"])
+        where = "outside the scatter of the measured ones, and no cause tried brings them nearer"
+        return where if outside else "within the scatter of the measured ones"
 
     @property
     def left(self) -> str:

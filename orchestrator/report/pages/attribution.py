@@ -63,7 +63,7 @@ def attribution_page(found: Attribution, label: str) -> str:
 
 def _headline(found: Attribution) -> str:
     if not found.confusion_set:
-        return "No cause stands out: the simulation lies within the scatter"
+        return f"No cause stands out: the simulated curves lie {found.place}"
     named = found.confusion_set[0]
     beside = f", and beside it to {' or '.join(found.second)}" if found.second else ""
     rivals = len(found.confusion_set) - 1

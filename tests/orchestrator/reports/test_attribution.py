@@ -287,3 +287,31 @@ def test_a_give_of_the_press_is_followed_where_the_force_rises_steeply() -> None
         found = attribution([on_common_stroke(level, curve)], sensitivities, synthetic=True)
         assert found.confusion_set == ["compliance"]
         assert found.ranking[0].values[0][1] == pytest.approx(give, rel=0.05)
+
+
+def test_a_cause_that_takes_the_curves_further_apart_is_not_named() -> None:
+    (level,), found = made_up(4)
+    s, force = level.stroke, level.simulated
+    # A wave that the cause has, too, and one that nothing has; billets scatter by 2 %, which leaves the height open.
+    wave, unknown = 2.0 * np.sin(2.0 * s), 1.5 * np.sin(5.0 * s)
+    repeats = 0.02 * np.array([[-1.0], [-0.5], [0.5], [1.0]]) * force + level.deviations
+    off = replace(level, measured=force + wave + unknown, deviations=repeats)
+    found.causes[:] = [Cause("stribeck", "mixed to boundary transition", "friction", "1", 1.0)]
+    found.moved["stribeck"] = [ForceCurve(s, force + wave + 0.08 * force)]
+    answer = attribution([off], found, synthetic=True)
+    assert not answer.confusion_set and answer.ranking[0].cause == "stribeck"
+    assert answer.deviation["after"] == pytest.approx(answer.deviation["before"])
+    assert any("stribeck would fit the course of the curves best" in w for w in answer.warnings)
+    # Without the part that raises everything, it is named.
+    found.moved["stribeck"] = [ForceCurve(s, force + wave)]
+    answer = attribution([off], found, synthetic=True)
+    assert answer.confusion_set == ["stribeck"] and answer.deviation["after"] < answer.deviation["before"]
+
+
+def test_curves_outside_the_scatter_that_no_cause_explains_are_said_to_be() -> None:
+    (level,), found = made_up(4)
+    found.causes[:] = [c for c in found.causes if c.name == "running_in"]
+    off = replace(level, measured=level.simulated + 3.0 * np.sin(5.0 * level.stroke))
+    answer = attribution([off], found, synthetic=True)
+    assert not answer.confusion_set and "outside the scatter" in answer.sentence
+    assert "within the scatter" in attribution(*made_up(4), synthetic=True).sentence
