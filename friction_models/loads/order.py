@@ -45,8 +45,8 @@ def order_of_tests(
     way = np.zeros(np.shape(np.asarray(test_id))) if sd is None else np.asarray(sd, dtype=np.float64)
     shown = np.arange(len(way)) if row_numbers is None else np.asarray(row_numbers)
     names = np.full(len(way), "") if test_id is None else np.asarray(test_id).astype(str)
-    number = _numbered(names)
-    together = None if number is None else np.argsort(number, kind="stable")
+    number, whole = _numbered(names)
+    together = None if whole else np.argsort(number, kind="stable")
     rows = np.arange(len(way)) if together is None else together
     if t is None:
         if memory:
@@ -64,7 +64,7 @@ def order_of_tests(
     back = (np.diff(time[rows]) < 0.0) & same
     if not back.any():
         return together
-    by_time = np.lexsort((time, np.zeros(len(time)) if number is None else number))
+    by_time = np.lexsort((time, number))
     times, of = time[by_time], names[by_time]
     disordered = np.isin(of, np.unique(names[rows][1:][back]))
     twice = (np.diff(times) == 0.0) & (of[1:] == of[:-1]) & disordered[1:]
@@ -97,16 +97,16 @@ def _refuse_no_time(names: Names, time: Numbers, way: Numbers, shown: Rows, wher
         )
 
 
-def _numbered(names: Names) -> Rows | None:
-    """Return the number of each point's test in the order of appearance, None where every test is in one piece."""
+def _numbered(names: Names) -> tuple[Rows, bool]:
+    """Return the number of each point's test in the order of appearance, and whether every test is in one piece."""
     starts = np.r_[True, names[1:] != names[:-1]] if len(names) else np.zeros(0, dtype=bool)
+    piece = np.cumsum(starts) - 1
     runs = names[starts]
     if len(np.unique(runs)) == len(runs):
-        return None
+        return piece, True
     import pandas as pd
 
-    number, _ = pd.factorize(runs)
-    return np.asarray(number[np.cumsum(starts) - 1], dtype=np.intp)
+    return np.asarray(pd.factorize(runs)[0][piece], dtype=np.intp), False
 
 
 def _falls(way: Numbers, names: Names) -> int | None:

@@ -15,6 +15,7 @@ from friction_models.common import InputError
 from friction_models.discovery import diagnose
 from friction_models.estimation.fit.joint_problem import LEAST_TESTS
 from friction_models.loads import DataSet, TriboLoads
+from friction_models.loads.points import check_points
 from friction_models.models.onnx_model import OnnxModel
 from orchestrator.cli.main import run
 
@@ -103,6 +104,20 @@ def test_a_fit_does_not_depend_on_the_order_of_the_rows(points, shuffled, model)
     with pytest.raises(InputError, match="column 'sd'"):
         diagnose(shuffled.drop(columns="t"))
     LinearFriction().fit_frame(shuffled.drop(columns="t"))  # no memory, no order
+
+
+def test_tests_that_run_backwards_are_sorted_each_by_itself(points: pd.DataFrame) -> None:
+    two = points[points["test_id"].isin(["t0", "t1"])]
+    backwards = pd.concat([test.iloc[::-1] for _, test in two.groupby("test_id")], ignore_index=True)
+    found = check_points(backwards)
+    pd.testing.assert_frame_equal(found.frame, two.reset_index(drop=True)[found.frame.columns.to_list()])
+    assert found.notes == ("data: the points of a test are not in order: each test is taken as one, by time",)
+    falling = two.assign(t=np.concatenate([test["t"].to_numpy()[::-1] for _, test in two.groupby("test_id")]))
+    for read in (check_points, TriboLoads.from_frame):
+        with pytest.raises(
+            InputError, match=r"column 't', row 1: .* in the order of 't' the distance falls to"
+        ):
+            read(falling)
 
 
 def test_times_that_order_nothing_are_refused(points: pd.DataFrame, model) -> None:
