@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from dataclasses import fields as attributes
 from dataclasses import replace
@@ -13,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from friction_models.common import InputError
-from friction_models.common.netcdf_files import DAMAGED_NETCDF, open_dataset
+from friction_models.common.netcdf_files import read_numbers
 from friction_models.loads import LOADS
 
-from ..fe.mesh.shape import FloatArray
 from .contact_history import ContactHistory
 from .ejection_result import load_ejection
 from .fields import FieldHistory
@@ -53,7 +51,9 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
         }
         name = str(figures.get("name", place.name))
         plain |= {column: table[:, k].copy() for k, column in enumerate(head)}
-    except DAMAGED_NETCDF as error:
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError) as error:
         raise InputError(
             f"{place}: the result cannot be read ({' '.join(str(error).split())[:200]})"
         ) from None
@@ -66,24 +66,15 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
 
 
 def _read_contact(path: Path) -> ContactHistory:
-    """Read a contact history; raises ValueError or KeyError for anything else."""
-    with open_dataset(path) as file:
-        found = file.variables
-        if sum(math.prod(v.shape) for v in found.values()) > _MOST:
-            raise ValueError("the contact history is too large")
-
-        def numbers(name: str) -> FloatArray:
-            return np.asarray(found[name][...], dtype=np.float64)
-
-        loads = np.stack([numbers(q.name) for q in LOADS], axis=2)
-        stated = [q.name + ERROR for q in LOADS]
-        known = all(name in found for name in stated)
-        return ContactHistory(
-            stroke=numbers("stroke"),
-            loads=loads,
-            active=np.asarray(found["active"][...]) > 0,
-            mu=numbers("mu"),
-            position=np.stack([numbers(axis) for axis in "rz"], axis=2),
-            tau_over_k=numbers("tau_over_k"),
-            errors=np.stack([numbers(name) for name in stated], axis=2) if known else None,
-        )
+    loads = [q.name for q in LOADS]
+    found = read_numbers(path, ["stroke", *loads, "active", "mu", "r", "z", "tau_over_k"], _MOST).values
+    stated = [name + ERROR for name in loads]
+    return ContactHistory(
+        stroke=found["stroke"],
+        loads=np.stack([found[name] for name in loads], axis=2),
+        active=found["active"] > 0,
+        mu=found["mu"],
+        position=np.stack([found["r"], found["z"]], axis=2),
+        tau_over_k=found["tau_over_k"],
+        errors=np.stack([found[n] for n in stated], axis=2) if all(n in found for n in stated) else None,
+    )

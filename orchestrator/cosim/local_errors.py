@@ -12,7 +12,7 @@ import numpy as np
 from fmus.runtime.errors import SimulationError
 from forming.results.local_errors import FINER, Contact, local_errors, summary
 from friction_models.common import InputError, atomic_path
-from friction_models.common.netcdf_files import Dataset, Variable, open_dataset, write_dataset
+from friction_models.common.netcdf_files import Dataset, Variable, read_numbers, write_dataset
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.loads.contract import with_unit
 
@@ -98,10 +98,10 @@ def stated_errors(run: Run) -> list[StatedError]:
     """Return what `state_local_errors` wrote into a run folder, load by load; empty where it wrote nothing."""
     if not (run.folder / FILE).is_file():
         return []
-    with open_dataset(run.folder / FILE) as file:
-        name = str(file.attrs["component"])
-        errors = np.stack([np.asarray(file.variables[n][...], dtype=float) for n in LOAD_NAMES], axis=2)
-    return [StatedError(*row) for row in summary(*_contact(run, name), errors)]
+    found = read_numbers(run.folder / FILE, LOAD_NAMES)
+    errors = np.stack([found.values[n] for n in LOAD_NAMES], axis=2)
+    contact = _contact(run, found.attributes.get("component", ""))
+    return [StatedError(*row) for row in summary(*contact, errors)]
 
 
 def _contact(run: Run, name: str) -> Contact:

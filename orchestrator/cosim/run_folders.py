@@ -16,7 +16,7 @@ from friction_models.common import InputError, atomic_folder, unknown_name, writ
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.imports.drawn import Drawn
-from friction_models.common.netcdf_files import DAMAGED_NETCDF, Dataset, Variable, open_dataset, write_dataset
+from friction_models.common.netcdf_files import Dataset, Variable, read_numbers, write_dataset
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
@@ -119,18 +119,16 @@ class Run(Drawn):
         for name in ("manifest.json", "results.nc"):
             if not (place / name).is_file():
                 raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
-        try:
-            manifest = read_json(place / "manifest.json")
-            with open_dataset(place / "results.nc") as file:
-                time = np.asarray(file.variables["time"][...], dtype=float)
-                found = {n: v for n, v in file.variables.items() if n not in file.dimensions}
-                values = {n: np.asarray(v[...], dtype=float) for n, v in found.items()}
-                units = {n: str(v.attrs.get("units", "")) for n, v in found.items()}
-        except InputError:
-            raise
-        except DAMAGED_NETCDF as error:
-            raise InputError(f"{place}: the run cannot be read ({' '.join(str(error).split())})") from None
-        run = cls(place, manifest, time, values, units)
+        manifest = read_json(place / "manifest.json")
+        found = read_numbers(place / "results.nc", ["time"])
+        recorded = [name for name in found.values if name not in found.scales]
+        run = cls(
+            place,
+            manifest,
+            found.values["time"],
+            {name: found.values[name] for name in recorded},
+            {name: found.units[name] for name in recorded},
+        )
         if not stopped and not run.complete:
             raise InputError(f"{place}: the run stopped ({run.message[:300]}); allowed: a complete run")
         return run

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from friction_models.common import atomic_path
-from friction_models.common.netcdf_files import DAMAGED_NETCDF, library, open_dataset
+from friction_models.common import InputError, atomic_path
+from friction_models.common.netcdf_files import read_numbers
 from friction_models.loads import POINT_UNITS, FloatArray
 
 from ..records.cells import Cell
@@ -88,7 +88,8 @@ class TestResult:
 
 def write_netcdf(result: TestResult, path: Path, attributes: Mapping[str, str]) -> None:
     """Write one test, atomically; numbers as float64 over the dimension `point`."""
-    h5netcdf = library()
+    import h5netcdf
+
     units = {**POINT_UNITS, **EXTRA_UNITS}
     packed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
     with atomic_path(path) as temporary, h5netcdf.File(temporary, "w") as file:
@@ -108,8 +109,7 @@ def read_netcdf(path: Path) -> TestResult | None:
     if not path.is_file():
         return None
     try:
-        with open_dataset(path) as file:
-            columns = {n: np.asarray(v[:], dtype=np.float64) for n, v in file.variables.items()}
-            return TestResult(str(file.attrs["test_id"]), columns, json.loads(file.attrs["summary"]))
-    except DAMAGED_NETCDF:
+        found = read_numbers(path)
+        return TestResult(found.attributes["test_id"], found.values, json.loads(found.attributes["summary"]))
+    except (InputError, KeyError, ValueError):
         return None

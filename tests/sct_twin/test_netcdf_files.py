@@ -75,8 +75,6 @@ def test_a_file_that_was_cut_is_none(kept: int, file: Path) -> None:
     assert read_netcdf(file.with_name("missing.nc")) is None
 
 
-# h5netcdf complains by itself while it lets go of a file that it could not open.
-@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
 def test_a_damaged_byte_gives_a_result_or_none_but_no_other_error(file: Path) -> None:
     content = file.read_bytes()
     for place in np.random.default_rng(1).integers(0, len(content), 60):
