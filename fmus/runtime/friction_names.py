@@ -134,12 +134,7 @@ def read_names(path: Path) -> dict[str, Entry]:
     ...     read_names(file)
     {'other.fmu': {'mu': 'f', 'T': {'variable': 'T_contact', 'unit': 'K'}}}
     """
-    if not path.is_file():
-        what = "is a folder; allowed: a YAML file" if path.is_dir() else "no such file"
-        raise InputError(f"{path}: {what}")
-    if path.stat().st_size > _MAX_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
-    content = read_yaml(path)
+    content = read_yaml(path, _MAX_BYTES, "a YAML file with the variables of each FMU")
     if not isinstance(content, dict) or not content:
         raise InputError(f"{path}: not a mapping; allowed: for each FMU its variables by load")
     for fmu, entry in content.items():

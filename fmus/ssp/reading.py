@@ -10,7 +10,7 @@ from urllib.parse import unquote
 
 from lxml import etree
 
-from friction_models.common import InputError
+from friction_models.common import InputError, check_readable
 
 from ..archive.content import MAX_DESCRIPTION_BYTES, parse_xml, read_member, read_members, unpack_members
 from .systems import DESCRIPTION, SPACES, Component, Connector, Structure, Value
@@ -26,8 +26,7 @@ def read_ssp(path: str | os.PathLike[str]) -> Structure:
     transformations and mappings, which would change the numbers if they were passed over.
     """
     file = Path(path)
-    if not file.is_file():
-        raise InputError(f"{file}: no such SSP")
+    check_readable(file, allowed="an SSP archive (.ssp)")
     try:
         members = read_members(file)
     except InputError as error:

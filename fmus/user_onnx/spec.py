@@ -94,11 +94,8 @@ class Spec(BaseModel):
             No such file, too large, not YAML, unknown keys or loads, values that cannot be used.
         """
         file = Path(path)
-        if not file.is_file():
-            raise InputError(f"{file}: no such file; allowed: a YAML file that describes an ONNX file")
-        if file.stat().st_size > MAX_SPEC_BYTES:
-            raise InputError(f"{file}: {file.stat().st_size} bytes, allowed: at most {MAX_SPEC_BYTES}")
-        return cls.from_dict(read_yaml(file), str(file))
+        content = read_yaml(file, MAX_SPEC_BYTES, "a YAML file that describes an ONNX file")
+        return cls.from_dict(content, str(file))
 
     @classmethod
     def from_dict(cls, content: object, where: str = "specification") -> Spec:

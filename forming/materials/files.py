@@ -251,11 +251,7 @@ def read_material(source: str | os.PathLike[str]) -> Material:
         file = Path(source)
     else:
         raise unknown_name("material", str(source), [*shipped(), "the path of a .yaml file"])
-    if not file.is_file():
-        raise InputError(f"{file}: no such file; allowed: a YAML file that describes a material")
-    if file.stat().st_size > MAX_BYTES:
-        raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {MAX_BYTES}")
-    content = read_yaml(file)
+    content = read_yaml(file, MAX_BYTES, "a YAML file that describes a material")
     return material_from_content(content, file.name if file.parent == SHIPPED else str(file))
 
 

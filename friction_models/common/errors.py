@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from collections.abc import Iterable
+from pathlib import Path
 
 _OBEYED = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
@@ -25,17 +27,20 @@ class InputError(ValueError):
 
 
 def nearest(name: str, allowed: Iterable[str]) -> str | None:
-    """Return the allowed name closest to `name`, or None when nothing resembles it.
+    """Return the allowed name closest to `name`, or else one that begins with it; None when nothing resembles it.
 
     Examples
     --------
     >>> nearest("vrel", ["v_rel", "sigma_n", "T"])
     'v_rel'
-    >>> nearest("colour", ["v_rel", "sigma_n", "T"]) is None
+    >>> nearest("process", ["radioss", "native"]) is None
     True
     """
     pool = {str(a).casefold(): str(a) for a in allowed}
-    hits = difflib.get_close_matches(str(name).casefold(), list(pool), n=1, cutoff=0.5)
+    given = str(name).casefold()
+    cutoff = 0.6 if len(given) > 3 else 0.5  # of two letters one may be wrong
+    hits = difflib.get_close_matches(given, list(pool), n=1, cutoff=cutoff)
+    hits = hits or [name for name in pool if given and name.startswith(given)]
     return pool[hits[0]] if hits else None
 
 
@@ -54,6 +59,25 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
     place = f"{where}: " if where else ""
     guess = f"; did you mean {hint!r}?" if hint else ""
     return InputError(f"{place}unknown {kind} {str(name)!r}; allowed: {', '.join(names)}{guess}")
+
+
+def check_readable(file: Path, most: float = math.inf, allowed: str = "a file") -> None:
+    """Check that a file is there and not larger than `most` bytes; `allowed` says what it should be.
+
+    Raises InputError: no such file, a folder, or too large.
+
+    Examples
+    --------
+    >>> check_readable(Path("no.yaml"), 1000, "a YAML file")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: no.yaml: no such file; allowed: a YAML file
+    """
+    if not file.is_file():
+        found = "is a folder" if file.is_dir() else "no such file"
+        raise InputError(f"{file}: {found}; allowed: {allowed}")
+    if (size := file.stat().st_size) > most:
+        raise InputError(f"{file}: {size} bytes, allowed: at most {most}")
 
 
 def inert(text: str) -> str:

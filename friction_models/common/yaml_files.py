@@ -9,16 +9,18 @@ from typing import Any
 import yaml
 
 from .byte_order_marks import decoded
-from .errors import InputError
+from .errors import InputError, check_readable
 
+#: Largest file, where its reader allows no less.
+MAX_BYTES = 4_000_000
 #: Deepest nesting of a file.
 MAX_DEPTH = 8
 
 
-def read_yaml(file: Path) -> Any:
-    """Return what a YAML file holds, which the caller found to be there and small enough.
+def read_yaml(file: Path, most: int = MAX_BYTES, allowed: str = "a YAML file") -> Any:
+    """Return what a YAML file of at most so many bytes holds; `allowed` says what it should be.
 
-    Raises InputError: neither UTF-8 nor UTF-16 or UTF-32 with a mark, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias
+    Raises InputError: what `check_readable` refuses, neither UTF-8 nor UTF-16 or UTF-32 with a mark, not YAML, nested deeper than `MAX_DEPTH`, a key that stands twice, an alias
     (aliases may grow without bound), or a number that no float holds.
 
     Examples
@@ -30,6 +32,7 @@ def read_yaml(file: Path) -> Any:
     ...     read_yaml(file)
     {'stop_time': 0.5, 'components': {'friction': {'fmu': 'friction.fmu'}}}
     """
+    check_readable(file, most, allowed)
     try:
         text = decoded(file.read_bytes())
         _check_events(text, str(file))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..common import InputError
+from ..common import InputError, check_readable
 from ..common.files import DAMAGED
 from ..common.json_values import JsonObject
 from ..expressions.parameters import first_line
@@ -24,6 +24,8 @@ from .registry import model_class
 MAX_CARD_BYTES = 16 * 1024**2
 MAX_ARRAY_BYTES = 256 * 1024**2
 MAX_ARRAYS = 1000
+
+_SAVED = f"a saved model, which holds {CARD}, {TEXT}, {ARRAYS} and {ONNX}"
 
 
 def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
@@ -66,7 +68,7 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
 
 def read_card(file: Path) -> JsonObject:
     """Return the part of `card.json` that makes the model."""
-    _check_file(file, MAX_CARD_BYTES)
+    check_readable(file, MAX_CARD_BYTES, _SAVED)
     try:
         card = json.loads(file.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
@@ -83,7 +85,7 @@ def read_card(file: Path) -> JsonObject:
 
 def read_arrays(file: Path) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays of an `.npz` file of plain numbers; sizes are checked before anything is unpacked."""
-    _check_file(file, MAX_ARRAY_BYTES)
+    check_readable(file, MAX_ARRAY_BYTES, _SAVED)
     try:
         with zipfile.ZipFile(file) as archive:
             members = archive.infolist()
@@ -113,10 +115,3 @@ def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArra
             raise ValueError(f"array {member.filename!r} of shape {shape} is larger than its file")
     with archive.open(member) as stream:
         return np.lib.format.read_array(stream, allow_pickle=False)
-
-
-def _check_file(file: Path, limit: int) -> None:
-    if not file.is_file():
-        raise InputError(f"{file}: no such file; a saved model holds {CARD}, {TEXT}, {ARRAYS} and {ONNX}")
-    if file.stat().st_size > limit:
-        raise InputError(f"{file}: {file.stat().st_size} bytes, allowed: at most {limit}")

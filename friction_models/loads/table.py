@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from ..common.byte_order_marks import marked_encoding
-from ..common.errors import InputError, shown
+from ..common.errors import InputError, check_readable, shown
 from ..common.files import atomic_path
 from ..common.imports.extras import need
 from ..common.units import UNITS, conversion, differs, spelling
@@ -123,10 +123,7 @@ def read_file(
     a column.
     """
     file = Path(path)
-    if not file.is_file():
-        raise InputError(f"{file}: no such file")
-    if file.stat().st_size > max_bytes:
-        raise InputError(f"{file}: {file.stat().st_size} bytes, allowed: at most {max_bytes}")
+    check_readable(file, max_bytes, "a CSV or Parquet file")
     try:
         if file.suffix.lower() == ".parquet":
             need("pyarrow", "solvers", f"{file}: a Parquet file")

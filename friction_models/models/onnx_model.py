@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..common import InputError
+from ..common import InputError, check_readable
 from ..common.json_values import JsonObject
 from ..expressions.onnx_session import onnx_session
 from ..expressions.parameters import first_line
@@ -318,10 +318,7 @@ def read_onnx(path: Path) -> bytes:
     import onnx
     from google.protobuf.message import DecodeError
 
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    if path.stat().st_size > MAX_ONNX_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
+    check_readable(path, MAX_ONNX_BYTES, "an ONNX file")
     content = path.read_bytes()
     try:
         model = onnx.load_from_string(content)

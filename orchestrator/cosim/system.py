@@ -15,8 +15,7 @@ from .setup.wiring import Wiring
 from .ssp_export import export_ssp
 from .ssp_import import read_system
 
-#: A system is a page of text; start values of a thousand points still fit.
-_MAX_BYTES = 4_000_000
+_ALLOWED = "a system description (.yaml) or an SSP archive (.ssp)"
 
 
 class System(SystemDescription):
@@ -49,14 +48,14 @@ class System(SystemDescription):
             What `read_system` refuses in an archive.
         """
         file = Path(path)
-        if not file.is_file():
-            raise InputError(f"{file}: no such file")
+        if file.is_dir():
+            inside = sorted(p for p in file.iterdir() if p.suffix.lower() in {".yaml", ".ssp"})
+            guess = f"; did you mean '{inside[0]}'?" if inside else ""
+            raise InputError(f"{file}: is a folder; allowed: {_ALLOWED}{guess}")
         if file.suffix.lower() == ".ssp":
             unpacked, content = read_system(file)
             return cls.from_dict(content, unpacked.folder, str(file)).kept_with(unpacked)
-        if file.stat().st_size > _MAX_BYTES:
-            raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
-        read = read_yaml(file)
+        read = read_yaml(file, allowed=_ALLOWED)
         if read is None:
             raise InputError(f"{file}: the file is empty")
         if not isinstance(read, dict):

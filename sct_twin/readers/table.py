@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from friction_models.common import InputError
+from friction_models.common import InputError, check_readable
 from friction_models.loads import FloatArray
 
 #: Larger files are refused instead of filling the memory (10 million rows of six channels fit).
@@ -32,13 +32,9 @@ def check_file(file: Path) -> None:
 
     Raises InputError: names the file and what is allowed.
     """
-    if not file.is_file():
-        raise InputError(f"{file}: no such file")
-    size = file.stat().st_size
-    if size == 0:
+    check_readable(file, MAX_BYTES, "a file of measurements")
+    if file.stat().st_size == 0:
         raise InputError(f"{file}: the file is empty; allowed: a header, a units row and rows of numbers")
-    if size > MAX_BYTES:
-        raise InputError(f"{file}: {size} bytes; allowed: at most {MAX_BYTES}")
 
 
 @dataclass(frozen=True)

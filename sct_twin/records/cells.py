@@ -58,11 +58,7 @@ def map_content(
     content: Any = source
     if not isinstance(source, Mapping):
         where, path = str(source), Path(source)
-        if not path.is_file():
-            raise InputError(f"{path}: no such file; allowed: a YAML file with a {what}")
-        if path.stat().st_size > MAX_MAP_BYTES:
-            raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {MAX_MAP_BYTES}")
-        content = read_yaml(path)
+        content = read_yaml(path, MAX_MAP_BYTES, f"a YAML file with a {what}")
     if not isinstance(content, Mapping):
         raise InputError(f"{where}: holds {kind_of(content)}; allowed: keys {', '.join(keys)}")
     check_keys(content, keys, where)

@@ -12,7 +12,7 @@ from typing import Any, TypedDict
 import numpy as np
 import pandas as pd
 
-from friction_models.common import InputError, unknown_name
+from friction_models.common import InputError, check_readable, unknown_name
 from friction_models.loads import missing_column
 from friction_models.loads.table import read_table
 
@@ -204,8 +204,7 @@ def read_plan(source: pd.DataFrame | str | os.PathLike[str], seed: int) -> pd.Da
     if isinstance(source, pd.DataFrame):
         return complete_plan(source, seed, "plan")
     path = Path(source)
-    if path.is_file() and path.stat().st_size > _MAX_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
+    check_readable(path, _MAX_BYTES, "a CSV file with a plan")
     return complete_plan(read_table(path), seed, str(path))
 
 

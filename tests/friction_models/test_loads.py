@@ -11,7 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from friction_models.common import InputError, atomic_folder, atomic_path, nearest, unknown_name, write_json
+from friction_models.common import (
+    InputError,
+    atomic_folder,
+    atomic_path,
+    check_readable,
+    nearest,
+    unknown_name,
+    write_json,
+)
 from friction_models.common.folders import RUN
 from friction_models.loads import LOAD_NAMES, LOADS, DataSet, TriboLoads
 
@@ -135,8 +143,10 @@ def test_empty_missing_and_foreign_files(tmp_path: Path) -> None:
     (tmp_path / "empty.csv").touch()
     with pytest.raises(InputError, match="the file is empty"):
         DataSet.load(tmp_path / "empty.csv")
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match=r"none\.csv: no such file; allowed: a CSV or Parquet file"):
         DataSet.load(tmp_path / "none.csv")
+    with pytest.raises(InputError, match=r": is a folder; allowed: a CSV or Parquet file"):
+        check_readable(tmp_path, allowed="a CSV or Parquet file")
     (tmp_path / "x.pkl").write_bytes(b"\x80\x04N.")
     with pytest.raises(InputError, match=r"suffix '.pkl' is not readable, allowed: .csv, .parquet"):
         DataSet.load(tmp_path / "x.pkl")
@@ -162,4 +172,6 @@ def test_writing_leaves_nothing_half_written(tmp_path: Path) -> None:
 def test_nearest_name() -> None:
     assert nearest("stribek", ["stribeck", "viscous"]) == "stribeck"
     assert nearest("zzz", ["stribeck"]) is None
+    assert nearest("process", ["abaqus", "native", "radioss", "ufric"]) is None
+    assert nearest("poly", ["linear", "polynomial"]) == "polynomial" and nearest("", ["linear"]) is None
     assert "did you mean 'linear'?" in str(unknown_name("model", "liniar", ["linear", "ffnn"]))

@@ -218,9 +218,7 @@ def _plain_title(name: str) -> str:
 
 
 def _title(file: Path) -> str:
-    if file.stat().st_size > _LARGEST:
-        raise InputError(f"{file}: {file.stat().st_size} byte; allowed: at most {_LARGEST}")
-    content = read_yaml(file)
+    content = read_yaml(file, _LARGEST)
     if not isinstance(content, dict) or content.get("format") != 1:
         raise InputError(f"{file}: no project of this version; allowed: a file with 'format: 1' and 'title'")
     return shown(content.get("title", file.parent.name), 80)

@@ -88,9 +88,7 @@ def saved_map(project: Project, place: str, records: bool) -> dict[str, Any]:
     """Return the map of a set as it was saved; empty without one, or with one that cannot be read."""
     file = project.inside(f"{place}/{CHANNEL_MAP if records else POINT_MAP}")
     try:
-        if not file.is_file() or file.stat().st_size > _LARGEST_MAP:
-            return {}
-        content = read_yaml(file)
+        content = read_yaml(file, _LARGEST_MAP)
     except (InputError, OSError):
         return {}
     return content if isinstance(content, dict) else {}

@@ -284,6 +284,10 @@ def test_systems_that_do_not_hold(refused: Check, tmp_path: Path, tiny: dict[str
     assert "did you mean 'friction'" in refused("simulate", system, *swap, "-o", tmp_path / "run")
     assert "component=FILE.fmu" in refused("simulate", system, "--swap", "friction", "-o", tmp_path / "r")
     assert "no such file" in refused("simulate", tmp_path / "no.yaml", "-o", tmp_path / "run")
+    assert (
+        f"{tmp_path}: is a folder; allowed: a system description (.yaml) or an SSP archive (.ssp); did you mean '{system}'?"
+        in refused("simulate", tmp_path, "-o", tmp_path / "run")
+    )
 
 
 def test_a_component_that_fails_is_a_failure_not_bad_input(
