@@ -11,7 +11,7 @@ from pathlib import Path
 from friction_models.common import grown, write_json
 from friction_models.common.folders import STUDY
 
-from ..jobs.campaign import Campaign, Failure, Job, JobResult
+from ..jobs.graph import Failure, Job, JobGraph, JobResult
 from ..jobs.job import Progress
 
 #: Name of the run folder in the folder of a job's result.
@@ -33,8 +33,8 @@ def run_jobs(
     place: Path, todo: Iterable[Job], jobs: int | None, progress: Progress | None
 ) -> tuple[dict[str, JobResult], dict[str, Failure]]:
     """Return results and failures; ``runs.json`` says which run folder is whose, as hashes name the folders."""
-    campaign = Campaign(place, todo)
-    results = campaign.run(jobs, progress=progress)
+    graph = JobGraph(place, todo)
+    results = graph.run(jobs, progress=progress)
     folders = {name: (r.folder / RUN).relative_to(place.resolve()) for name, r in results.items()}
     write_json(place / "runs.json", {name: folder.as_posix() for name, folder in folders.items()})
-    return results, campaign.failed
+    return results, graph.failed

@@ -1,7 +1,7 @@
 """Many runs at once, in a pool of processes. Runs that are already there are taken as they are.
 
-This is for systems whose run folders the user names and looks at. Studies, whose jobs need each other, are campaigns
-(`jobs.campaign`).
+This is for systems whose run folders the user names and looks at. Studies, whose jobs need each other, are graphs
+(`jobs.graph`).
 """
 
 from __future__ import annotations

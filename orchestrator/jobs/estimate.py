@@ -1,4 +1,4 @@
-"""Estimate of the time that a campaign takes, from the times of its finished jobs."""
+"""Estimate of the time that the jobs take, from the times of its finished jobs."""
 
 from __future__ import annotations
 

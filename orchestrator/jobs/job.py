@@ -1,4 +1,4 @@
-"""Jobs of a campaign, and failed ones."""
+"""One job of a graph, and one that failed."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def deciding_code(module: str, root: str = __package__.partition(".")[0]) -> tup
     """Return the packages whose sources decide what the functions of a module return.
 
     Of `root` these are the folder of the module and all that it imports, also in functions, followed through; and the
-    packages below. A module of another package stands for itself: `Campaign` takes what else counts.
+    packages below. A module of another package stands for itself: `JobGraph` takes what else counts.
 
     Examples
     --------

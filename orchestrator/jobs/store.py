@@ -113,7 +113,7 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[Path]:
-        """Make the folder, keep other campaigns out of it and yield a place for work in hand."""
+        """Make the folder, keep other runs out of it and yield a place for work in hand."""
         self.folder.mkdir(parents=True, exist_ok=True)
         busy = f"{self.folder.parent}: another run of this study is at work here; wait for it, or use another folder"
         with locked(self.folder / ".lock", busy):

@@ -30,7 +30,7 @@ class JobCall:
     key: str
     needs: dict[str, str]  # hashes of the jobs it needs by name
     store: str  # folder of the results
-    work: str  # folder in it that is there while the campaign runs
+    work: str  # folder in it that is there while the jobs run
     code: tuple[str, ...]  # packages whose sources count
     stamp: Stamp  # of the one who asks
 

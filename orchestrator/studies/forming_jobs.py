@@ -22,7 +22,7 @@ from ..comparison.level_runs import (
     summary,
 )
 from ..cosim.run_folders import Run
-from ..jobs.campaign import Job, JobResult
+from ..jobs.graph import Job, JobResult
 from ..jobs.job import Files, Inputs, Needs
 from .measurements import FULL_PLAN, data_jobs
 from .models import ADVANCED

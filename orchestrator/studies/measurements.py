@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 from friction_models.common import InputError, unknown_name
 
-from ..jobs.campaign import Job, JobResult
+from ..jobs.graph import Job, JobResult
 from ..jobs.job import Files, Inputs, Needs
 from .models import data_files, load_data
 

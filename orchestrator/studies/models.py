@@ -10,7 +10,7 @@ import numpy as np
 
 from friction_models.common import InputError
 
-from ..jobs.campaign import Job
+from ..jobs.graph import Job
 from ..jobs.job import Files, Inputs, Needs
 
 if TYPE_CHECKING:

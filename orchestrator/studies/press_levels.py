@@ -12,7 +12,7 @@ from friction_models.common import InputError, unknown_name
 
 from ..comparison.level_runs import Level
 from ..force_curves.forces import ForceCurve, read_press_curve
-from ..jobs.campaign import Job, JobResult
+from ..jobs.graph import Job, JobResult
 from ..jobs.job import Files, Inputs, Needs
 
 #: CPU time of the virtual press by millimetre of stroke of one solver run [s], for estimates.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Generic, Protocol, TypeVar
 
-from ..jobs.campaign import Campaign, Job, JobResult
+from ..jobs.graph import Job, JobGraph, JobResult
 
 
 class StudyPlan(Protocol):
@@ -36,9 +36,9 @@ class Study(Generic[PlanT]):
     plan: PlanT
     jobs: tuple[Job, ...]
 
-    def campaign(self, folder: Path) -> Campaign:
-        """Return the campaign that does the jobs."""
-        return Campaign(folder, self.jobs)
+    def graph(self, folder: Path) -> JobGraph:
+        """Return the jobs as they are run and kept in a folder."""
+        return JobGraph(folder, self.jobs)
 
     def settings(self, results: Mapping[str, JobResult]) -> dict[str, object]:
         """Return what the manifest says of the study."""

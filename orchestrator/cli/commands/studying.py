@@ -16,7 +16,7 @@ from ..common.files_named import Commands, Reads, Writes
 from ..common.options import Jobs
 
 if TYPE_CHECKING:
-    from ...jobs.campaign import Campaign, JobResult
+    from ...jobs.graph import JobGraph, JobResult
     from ...studies.study import Study, StudyPlan
 
     Results = dict[str, JobResult]
@@ -42,7 +42,8 @@ Lubricants = Annotated[
     typer.Option(
         "--data",
         metavar="[LUBRICANT=]DIR",
-        help="Data set of a lubricant, repeated for each (default: the virtual laboratory).",
+        help="Data set to train on; learning-curve and forming-error take one for each lubricant. Default: the virtual laboratory "
+        "measures.",
     ),
     Reads(),
 ]
@@ -58,15 +59,6 @@ Scheduler = Annotated[
         metavar="tcp://HOST:PORT",
         help="Run the jobs on a dask.distributed cluster whose workers see the folder, too.",
     ),
-]
-OneLubricant = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--data",
-        metavar="[LUBRICANT=]DIR",
-        help="Data set to train on. Default: the virtual laboratory measures.",
-    ),
-    Reads(),
 ]
 Model = Annotated[
     list[str] | None,
@@ -116,13 +108,11 @@ def learning_curve(
     plan = LearningCurvePlan.quick(seed) if quick else LearningCurvePlan(seed=seed)
     study = LearningCurveStudy.of(replace(plan, accuracy=accuracy), chosen_data(data))
 
-    def written(campaign: Campaign, results: Results) -> str:
+    def written(graph: JobGraph, results: Results) -> str:
         curves = LearningCurves.of(study, results)
         if not curves.curves:
             return ""
-        write_results(
-            out, curves, page_of("learning-curve", study, curves, campaign.manifest(results), results)
-        )
+        write_results(out, curves, page_of("learning-curve", study, curves, graph.manifest(results), results))
         return text_table(curves)
 
     carry_out(study, out, written, jobs, scheduler, dry_run, "learning curve")
@@ -162,13 +152,11 @@ def forming_error(
     plan = Plan.quick(seed) if quick else Plan.full(seed)
     study = FormingErrorStudy.of(plan, chosen_data(data), chosen_press(press))
 
-    def written(campaign: Campaign, results: Results) -> str:
+    def written(graph: JobGraph, results: Results) -> str:
         errors = FormingErrors.of(study, results)
         if not errors.runs:
             return ""
-        write_results(
-            out, errors, page_of("forming-error", study, errors, campaign.manifest(results), results)
-        )
+        write_results(out, errors, page_of("forming-error", study, errors, graph.manifest(results), results))
         return text_table(errors)
 
     carry_out(study, out, written, jobs, scheduler, dry_run, "forming error")
@@ -177,7 +165,7 @@ def forming_error(
 @app.command(epilog="Example: tribofmu study lag --data data --model polynomial -o studies/lag")
 def lag(
     out: StudyFolder,
-    data: OneLubricant = None,
+    data: Lubricants = None,
     model: Model = None,
     process: Process = None,
     step: Annotated[
@@ -205,7 +193,7 @@ def lag(
     plan = replace(LagPlan.quick() if quick else LagPlan(), seed=seed, **given)
     study = LagStudy.of(plan, chosen_data(data))
 
-    def written(campaign: Campaign, results: Results) -> str:
+    def written(graph: JobGraph, results: Results) -> str:
         numbers = evaluate(study, results)
         write_results(out, numbers, page_of("lag", numbers))
         return text_table(numbers)
@@ -216,7 +204,7 @@ def lag(
 @app.command(epilog="Example: tribofmu study extrapolation --quick -o studies/extrapolation")
 def extrapolation(
     out: StudyFolder,
-    data: OneLubricant = None,
+    data: Lubricants = None,
     model: Model = None,
     process: Process = None,
     stroke: Stroke = None,
@@ -237,7 +225,7 @@ def extrapolation(
     plan = replace(ExtrapolationPlan.quick() if quick else ExtrapolationPlan(), seed=seed, **given)
     study = ExtrapolationStudy.of(plan, chosen_data(data))
 
-    def written(campaign: Campaign, results: Results) -> str:
+    def written(graph: JobGraph, results: Results) -> str:
         numbers = evaluate(study, results)
         write_results(out, numbers, page_of("extrapolation", numbers))
         return text_table(numbers)
@@ -248,7 +236,7 @@ def extrapolation(
 def carry_out(
     study: Study[StudyPlan],
     folder: Path,
-    written: Callable[[Campaign, Results], str],
+    written: Callable[[JobGraph, Results], str],
     jobs: int | None,
     scheduler: str | None,
     dry_run: bool,
@@ -258,25 +246,25 @@ def carry_out(
 
     `written` writes what was found and returns it as text, empty where nothing was found.
     """
-    campaign, title = study.campaign(folder), title or f"study {study.name}"
+    graph, title = study.graph(folder), title or f"study {study.name}"
     if dry_run:
-        say(f"{title}: {campaign.dry_run(jobs, scheduler).report()}")
+        say(f"{title}: {graph.dry_run(jobs, scheduler).report()}")
         return
     kept = f"the finished jobs are kept in {folder}; the same command goes on from there"
     with keeping(lambda: kept), progress(title, says_time=True) as tick:
-        results = campaign.run(jobs, scheduler, tick)
-    for failure in list(campaign.failed.values())[:LISTED]:
+        results = graph.run(jobs, scheduler, tick)
+    for failure in list(graph.failed.values())[:LISTED]:
         typer.echo(inert(f"failed: {failure.job.name}: {failure.error}"), err=True)
-    if len(campaign.failed) > LISTED:
-        more = len(campaign.failed) - LISTED
+    if len(graph.failed) > LISTED:
+        more = len(graph.failed) - LISTED
         typer.echo(f"failed: {more} more, all in {folder / 'failed.json'}", err=True)
     settings = {"study": study.name, **study.settings(results)}
-    write_json(folder / "manifest.json", campaign.manifest(results, settings, {study.seeds: study.plan.seed}))
-    text = written(campaign, results)
+    write_json(folder / "manifest.json", graph.manifest(results, settings, {study.seeds: study.plan.seed}))
+    text = written(graph, results)
     if text:
         say(text)
         say(f"report written: {folder / 'report.html'}")
-    campaign.check()
+    graph.check()
 
 
 def _given(**options: Any) -> dict[str, Any]:

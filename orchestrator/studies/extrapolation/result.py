@@ -9,7 +9,7 @@ from typing import Required, TypedDict
 from friction_models.loads import LOADS, FloatArray
 from friction_models.models.domain import Domain
 
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from ..contact import Contact, Exceedance, Spread, exceedance, reference_areas, spread
 from ..forming_jobs import run_of, synthetic
 from ..models import model_name

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, TypedDict
 
 from ...comparison.level_runs import Level
-from ...jobs.campaign import Job
+from ...jobs.graph import Job
 from ..forming_jobs import CoupledPlan, CoupledStudy, chosen_level, coupled_job
 from ..measurements import QUICK_PLAN, data_name
 from ..models import model_job

@@ -9,7 +9,7 @@ from pathlib import Path
 from friction_models.common import write_json, write_text
 
 from ...comparison.level_runs import Level
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from ..press_levels import StudyLevel
 from ..saved import SavedStudy
 from ..tables import write_rows

@@ -12,7 +12,7 @@ from friction_models.loads import LOAD_NAMES, FloatArray
 from ...comparison.level_runs import force_curve
 from ...force_curves.forces import compare_force
 from ...force_curves.metrics import LevelSummary, ScalarError
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from ..measurements import data_name, load_measurements
 from .rows import Change, ModelRow, RunError, Summary
 from .study import FormingErrorStudy, Friction, run_name, trained_name

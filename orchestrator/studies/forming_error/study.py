@@ -10,7 +10,7 @@ from friction_models.common import InputError
 from friction_models.common.cached_results import path_digest
 
 from ...comparison.level_runs import level_job
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from ..forming_jobs import synthetic
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name
 from ..models import ADVANCED, CONSTANTS, constant_job, model_job, model_name

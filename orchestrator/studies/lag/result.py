@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_models.loads import FloatArray
 
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from ..contact import by_marker
 from ..forming_jobs import run_of, synthetic
 from ..tables import write_study

@@ -12,7 +12,7 @@ from friction_models.common import write_json, write_text
 from friction_models.training import percentile_curve
 from friction_models.training.learning_curve import PROBABILITY
 
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from ..saved import SavedStudy
 from ..tables import write_rows
 from .result import Comparison, Curve, LearningCurves

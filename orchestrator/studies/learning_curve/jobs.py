@@ -15,7 +15,7 @@ from friction_models.loads import LOAD_NAMES, FloatArray
 from friction_models.models.base import FrictionModel
 from friction_models.training import best_parameters, fit_all, growing_sets
 
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from ...jobs.job import Files, Needs
 from ..measurements import load_measurements
 

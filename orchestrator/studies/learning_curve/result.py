@@ -13,7 +13,7 @@ from friction_models.loads import FloatArray
 from friction_models.training import lowest_error, needed_with_interval, percentile_curve, share_fewer
 from friction_models.training.learning_curve import LEVEL, NeededTests
 
-from ...jobs.campaign import JobResult
+from ...jobs.graph import JobResult
 from .jobs import AVERAGE, MEAN, SERIES, DataFacts, Point
 from .study import LearningCurveStudy
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from friction_models.common import InputError
 
-from ...jobs.campaign import Job
+from ...jobs.graph import Job
 from ..measurements import FULL_PLAN, QUICK_PLAN, VIRTUAL, data_jobs, data_name, read_own
 from ..models import ADVANCED
 from ..study import Study

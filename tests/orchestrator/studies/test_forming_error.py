@@ -17,7 +17,7 @@ from friction_models.common import InputError
 from friction_models.loads import DataSet
 from orchestrator.cli.main import run
 from orchestrator.comparison.level_runs import Level
-from orchestrator.jobs.campaign import JobResult
+from orchestrator.jobs.graph import JobResult
 from orchestrator.report.study_pages.forming_error import forming_error_page
 from orchestrator.studies.forming_error.result import FormingErrors, propagated
 from orchestrator.studies.forming_error.study import FormingErrorStudy, Plan, run_name

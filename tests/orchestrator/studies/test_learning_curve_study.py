@@ -14,7 +14,7 @@ import pytest
 
 from friction_models import DataSet
 from friction_models.common import InputError, write_json
-from orchestrator.jobs.campaign import JobResult
+from orchestrator.jobs.graph import JobResult
 from orchestrator.report import write_report
 from orchestrator.report.study_pages.learning_curve import learning_curve_page
 from orchestrator.report.study_pages.saved_study import study_page
@@ -55,7 +55,7 @@ def done(
     folder = tmp_path_factory.mktemp("study")
     data = made_up_data(folder / "paste")
     study = LearningCurveStudy.of(TINY, {"paste": data})
-    work = study.campaign(folder / "out")
+    work = study.graph(folder / "out")
     results = work.run(jobs=1)
     work.check()
     return study, folder / "out", results, LearningCurves.of(study, results)
@@ -119,7 +119,7 @@ def test_loads_that_the_plan_does_not_vary_are_no_inputs_of_averages(done: Done)
 
 def test_files_hold_the_same_numbers(done: Done, tmp_path: Path) -> None:
     study, folder, results, curves = done
-    page = learning_curve_page(study, curves, study.campaign(folder).manifest(results), results)
+    page = learning_curve_page(study, curves, study.graph(folder).manifest(results), results)
     write_results(tmp_path, curves, page)
     content = json.loads((tmp_path / "learning-curve.json").read_text(encoding="utf-8"))
     assert content["synthetic"] is True and len(content["curves"]) == 12
@@ -139,14 +139,14 @@ def test_files_hold_the_same_numbers(done: Done, tmp_path: Path) -> None:
         assert text in page.replace("&lt;", "<")
     assert "says of itself that it is synthetic" in page and "virtual laboratory" not in page
     page = learning_curve_page(
-        study, replace(curves, virtual=True), study.campaign(folder).manifest(results), {}
+        study, replace(curves, virtual=True), study.graph(folder).manifest(results), {}
     )
     assert "made by the virtual laboratory" in page
 
 
 def test_the_page_is_made_again_from_the_folder(done: Done, monkeypatch: pytest.MonkeyPatch) -> None:
     study, folder, results, curves = done
-    work = study.campaign(folder)
+    work = study.graph(folder)
     manifest = work.manifest(results, {"study": "learning-curve", **study.plan.to_dict()})
     file = write_json(folder / "manifest.json", manifest)
     assert study_page(folder) == learning_curve_page(study, curves, manifest, results)
@@ -208,7 +208,7 @@ def test_a_failed_job_leaves_a_hole(done: Done) -> None:
     assert hole is not None and hole.sizes == (5, 12)
     assert "ffnn" not in [c.model for c in curves.comparisons]
     assert "1 jobs have no result" in text_table(curves)
-    assert learning_curve_page(study, curves, study.campaign(folder).manifest(partial), partial)
+    assert learning_curve_page(study, curves, study.graph(folder).manifest(partial), partial)
 
 
 def test_tests_are_held_out_where_none_have_roles(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from friction_models.models.domain import Domain
 from orchestrator import Master, Run, System
 from orchestrator.cli.main import run as command
 from orchestrator.comparison.level_runs import Level
-from orchestrator.jobs.campaign import JobResult
+from orchestrator.jobs.graph import JobResult
 from orchestrator.jobs.job import Inputs
 from orchestrator.report.study_pages.extrapolation import extrapolation_page
 from orchestrator.report.study_pages.lag import lag_page

@@ -1,4 +1,4 @@
-"""Campaigns: kept results, failures, killed processes, and the same numbers wherever the jobs run."""
+"""Graphs of jobs: kept results, failures, killed processes, and the same numbers wherever the jobs run."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ import pytest
 from fmus.runtime.errors import SimulationError
 from friction_models.common import InputError
 from friction_models.common.cached_results import code_digest, path_digest
-from orchestrator.jobs.campaign import Campaign, Job, JobResult
 from orchestrator.jobs.executors import Cluster
+from orchestrator.jobs.graph import Job, JobGraph, JobResult
 from orchestrator.jobs.keys import deciding_code
 
-HERE = "tests.orchestrator.campaign_jobs"
+HERE = "tests.orchestrator.graph_jobs"
 #: Tiny jobs: only their own module counts as source.
 CODE: tuple[str, ...] = ()
 
@@ -51,13 +51,13 @@ def test_results_are_kept_and_only_what_changed_is_computed(tmp_path: Path) -> N
     log, data = tmp_path / "log", tmp_path / "data.txt"
     data.write_text("1.0")
 
-    def campaign(seed: int, code: tuple[str, ...] = CODE) -> Campaign:
+    def campaign(seed: int, code: tuple[str, ...] = CODE) -> JobGraph:
         jobs = [
             numbers("last", 3, ("first", "other"), log=str(log)),
             numbers("first", seed, (), {"data": data}, log=str(log)),
             numbers("other", 2, log=str(log)),
         ]
-        return Campaign(tmp_path / "study", jobs, code)
+        return JobGraph(tmp_path / "study", jobs, code)
 
     before = campaign(1)
     assert (before.dry_run().kept, before.dry_run().to_do) == (0, 3)
@@ -165,7 +165,7 @@ def test_a_failed_job_is_reported_and_stops_only_what_needs_it(tmp_path: Path) -
         numbers("needs bad", 1, ("bad",)),
         numbers("fine", 2),
     ]
-    campaign = Campaign(tmp_path, jobs, CODE)
+    campaign = JobGraph(tmp_path, jobs, CODE)
     assert list(campaign.run(jobs=1)) == ["fine"]
     with pytest.raises(
         SimulationError, match=r"4 of 6 jobs failed, 1 that need them were not run: bad: speed = -1"
@@ -174,10 +174,10 @@ def test_a_failed_job_is_reported_and_stops_only_what_needs_it(tmp_path: Path) -
     failed = {entry["name"]: entry for entry in json.loads((tmp_path / "failed.json").read_text())}
     assert failed["bad"]["inputs"] == {"how": "input"}
     assert "ZeroDivisionError" in failed["crash"]["error"]
-    assert "campaign_jobs.py" in failed["crash"]["traceback"]
+    assert "graph_jobs.py" in failed["crash"]["traceback"]
     assert "no such function" in failed["lost"]["error"]
     assert "not run, because bad failed" in failed["needs bad"]["error"]
-    again = Campaign(tmp_path, jobs[-1:], CODE)
+    again = JobGraph(tmp_path, jobs[-1:], CODE)
     again.run(jobs=1)
     again.check()
     assert not (tmp_path / "failed.json").exists()
@@ -193,27 +193,27 @@ def test_workers_that_are_killed(tmp_path: Path) -> None:
         Job("always", f"{HERE}:killed", {"marks": str(tmp_path / "always"), "times": 9}),
         *chain(log),
     ]
-    campaign = Campaign(tmp_path / "pool", jobs, CODE)
+    campaign = JobGraph(tmp_path / "pool", jobs, CODE)
     results = campaign.run(jobs=2)
     assert list(campaign.failed) == ["always"]
     assert "killed 2 times" in campaign.failed["always"].error
     assert results["once"].values == {"total": 1.0}
     assert calls(log) == [0, 1, 2, 3, 4, 9]
-    alone = Campaign(tmp_path / "alone", chain(log), CODE)
+    alone = JobGraph(tmp_path / "alone", chain(log), CODE)
     expected = alone.run(jobs=1)
     assert totals(expected) == {n: v for n, v in totals(results).items() if n != "once"}
-    same = Campaign(tmp_path / "pool", chain(log), CODE)
+    same = JobGraph(tmp_path / "pool", chain(log), CODE)
     assert same.manifest(same.run(jobs=1)) == alone.manifest(expected)  # measured times are no part of it
 
 
 _MAIN = """
 import sys
 from pathlib import Path
-from orchestrator.jobs.campaign import Campaign
-from tests.orchestrator.studies.test_campaign import CODE, chain
+from orchestrator.jobs.graph import JobGraph
+from tests.orchestrator.studies.test_job_graph import CODE, chain
 
 place = Path(sys.argv[1])
-Campaign(place / "study", chain(place / "log", pause=0.3), CODE).run(jobs=2)
+JobGraph(place / "study", chain(place / "log", pause=0.3), CODE).run(jobs=2)
 """
 
 
@@ -226,7 +226,7 @@ def test_a_killed_study_goes_on(tmp_path: Path) -> None:
         assert main.poll() is None and time.monotonic() < deadline
         time.sleep(0.01)
     with pytest.raises(InputError, match="another run of this study"):
-        Campaign(tmp_path / "study", chain(log), CODE).run(jobs=1)
+        JobGraph(tmp_path / "study", chain(log), CODE).run(jobs=1)
     workers = _children(main.pid)
     os.kill(main.pid, signal.SIGKILL)
     main.wait()
@@ -234,14 +234,14 @@ def test_a_killed_study_goes_on(tmp_path: Path) -> None:
         assert time.monotonic() < deadline
         time.sleep(0.01)
 
-    kept = Campaign(tmp_path / "study", chain(log, pause=0.3), CODE)
+    kept = JobGraph(tmp_path / "study", chain(log, pause=0.3), CODE)
     done = kept.dry_run().kept
     assert 1 <= done < 6
     before = len(calls(log))
     results = kept.run(jobs=1)
     assert len(calls(log)) - before == 6 - done
     assert before - done <= 2  # lost: what was in hand
-    fresh = Campaign(tmp_path / "fresh", chain(log), CODE)
+    fresh = JobGraph(tmp_path / "fresh", chain(log), CODE)
     assert totals(fresh.run(jobs=1)) == totals(results)
     assert not list(jobs.glob(".work-*"))
 
@@ -263,13 +263,13 @@ def _alive(pid: int) -> bool:
 
 def test_a_cluster_gives_the_same_numbers(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="extra [cluster] is not installed")
-    expected = Campaign(tmp_path / "here", chain(tmp_path / "log"), CODE)
+    expected = JobGraph(tmp_path / "here", chain(tmp_path / "log"), CODE)
     one = expected.manifest(expected.run(jobs=1))
     # Two workers that live in this process: quick, and everything still goes through the scheduler.
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "protocol": "tcp"}
     with distributed.LocalCluster(**options, dashboard_address=None) as cluster:
         jobs = [*chain(tmp_path / "log"), Job("bad", f"{HERE}:refused", {"how": "input"})]
-        campaign = Campaign(tmp_path / "cluster", jobs, CODE)
+        campaign = JobGraph(tmp_path / "cluster", jobs, CODE)
         results = campaign.run(scheduler=cluster.scheduler_address)
         assert list(campaign.failed) == ["bad"]
         assert "speed = -1" in campaign.failed["bad"].error
@@ -291,13 +291,13 @@ def test_a_cluster_is_waited_for_and_may_grow(tmp_path: Path, monkeypatch: pytes
             cluster.scale(3)
             cluster.wait_for_workers(3)
             assert (place.workers, place.capacity) == (3, 6)
-        planned = Campaign(tmp_path, chain(tmp_path / "log"), CODE).dry_run(scheduler=address)
+        planned = JobGraph(tmp_path, chain(tmp_path / "log"), CODE).dry_run(scheduler=address)
         assert "6 to do" in planned.report() and "on 3 processes of the cluster" in planned.report()
     with pytest.raises(InputError, match="no scheduler answers there"):
         Cluster(address, patience=0.3)
 
 
-def test_what_cannot_be_a_campaign_is_refused(tmp_path: Path) -> None:
+def test_what_cannot_be_a_graph_is_refused(tmp_path: Path) -> None:
     job = numbers("a", 1)
     for jobs, words in (
         ([job, job], "two jobs are called 'a'"),
@@ -308,10 +308,10 @@ def test_what_cannot_be_a_campaign_is_refused(tmp_path: Path) -> None:
         ([numbers("a", 1, files={"f": tmp_path / "none"})], "none: cannot be read"),
     ):
         with pytest.raises(InputError, match=words):
-            Campaign(tmp_path, jobs, CODE)
+            JobGraph(tmp_path, jobs, CODE)
     with pytest.raises(InputError, match="no_package"):
-        Campaign(tmp_path, [job], ("no_package",))
-    campaign = Campaign(tmp_path, [job], CODE)
+        JobGraph(tmp_path, [job], ("no_package",))
+    campaign = JobGraph(tmp_path, [job], CODE)
     with pytest.raises(InputError, match="jobs = 0"):
         campaign.run(jobs=0)
     with pytest.raises(InputError, match="not an address"):
@@ -321,12 +321,12 @@ def test_what_cannot_be_a_campaign_is_refused(tmp_path: Path) -> None:
 def test_results_that_were_changed_or_exchanged_are_computed_again(tmp_path: Path) -> None:
     log = tmp_path / "log"
     jobs = [numbers("one", 1, log=str(log)), numbers("two", 2, log=str(log))]
-    first = Campaign(tmp_path / "study", jobs, CODE).run(jobs=1)
+    first = JobGraph(tmp_path / "study", jobs, CODE).run(jobs=1)
     expected, (one, two) = totals(first), (r.folder for r in first.values())
 
     def again() -> list[int]:
         log.unlink()
-        assert totals(Campaign(tmp_path / "study", jobs, CODE).run(jobs=1)) == expected
+        assert totals(JobGraph(tmp_path / "study", jobs, CODE).run(jobs=1)) == expected
         return calls(log)
 
     one.rename(tmp_path / "aside")

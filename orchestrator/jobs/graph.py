@@ -1,4 +1,4 @@
-"""Campaigns: graphs of jobs, run in parallel, each result kept under the hash of everything that decides it."""
+"""Jobs that need each other, run in parallel, each result kept under the hash of everything that decides it."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from .keys import PACKAGES, deciding_code, stamp
 from .store import JobResult, Store
 from .work import JobCall
 
-__all__ = ["Campaign", "DryRun", "Failure", "Job", "JobResult"]
+__all__ = ["DryRun", "Failure", "Job", "JobGraph", "JobResult"]
 
 #: How often a job is started whose worker gets killed.
 TRIES = 2
 
 
-class Campaign:
+class JobGraph:
     """Jobs and the folder of their results.
 
     A result lies in ``jobs/<hash>`` of the folder. The hash covers function, inputs, file contents, the hashes of the
@@ -44,7 +44,7 @@ class Campaign:
     Examples
     --------
     >>> jobs = [Job(name, "json:dumps", {"seed": 1}) for name in ("first", "second")]
-    >>> print(Campaign(Path("no-such-study"), jobs, code=()).dry_run(jobs=1).report())
+    >>> print(JobGraph(Path("no-such-study"), jobs, code=()).dry_run(jobs=1).report())
     2 jobs: 0 kept, 1 to do, 1 the same as others, about 1 s on 1 processes of this machine
     """
 
@@ -54,11 +54,11 @@ class Campaign:
         self.jobs: dict[str, Job] = {}
         for job in jobs:
             if job.name in self.jobs:
-                raise InputError(f"campaign: two jobs are called {job.name!r}; allowed: each name once")
+                raise InputError(f"two jobs are called {job.name!r}; allowed: each name once")
             self.jobs[job.name] = job
         self.code = tuple(code)
         self.failed: dict[str, Failure] = {}
-        # The sources as they are now: they may change before the next campaign.
+        # The sources as they are now: they may change before the next graph.
         self._deciding_code, self._stamp = cache(deciding_code), cache(stamp)
         self.keys = self._keys(self._sorted())
 
@@ -157,14 +157,12 @@ class Campaign:
         for job in self.jobs.values():
             for need in job.needs:
                 if need not in self.jobs:
-                    raise unknown_name("job", need, self.jobs, f"campaign: needs of {job.name}")
+                    raise unknown_name("job", need, self.jobs, f"jobs: needs of {job.name}")
         try:
             return list(TopologicalSorter({n: j.needs for n, j in self.jobs.items()}).static_order())
         except CycleError as error:
             circle = " -> ".join(error.args[1])
-            raise InputError(
-                f"campaign: jobs need each other ({circle}); allowed: needs without a circle"
-            ) from None
+            raise InputError(f"jobs need each other ({circle}); allowed: needs without a circle") from None
 
     def _code_of(self, job: Job) -> tuple[str, ...]:
         module = job.function.partition(":")[0]
@@ -186,7 +184,7 @@ class Campaign:
                 keys[name] = digest(content)[:40]
             except (TypeError, ValueError) as error:
                 raise InputError(
-                    f"campaign: inputs of {name}: {error}; allowed: numbers, texts, lists and dicts"
+                    f"jobs: inputs of {name}: {error}; allowed: numbers, texts, lists and dicts"
                 ) from None
         return keys
 

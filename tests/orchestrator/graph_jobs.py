@@ -1,4 +1,4 @@
-"""Functions that the tests of campaigns run in worker processes."""
+"""Functions that the tests of job graphs run in worker processes."""
 
 from __future__ import annotations
 
