@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from forming.press import PressLevel
-from friction_models.models.interval_coverage import wilson
+from friction_models.training.interval_coverage import wilson
 from orchestrator.attribution.curves import LevelForces, fingerprint, on_common_stroke
 from orchestrator.attribution.fit import attribution
 from orchestrator.attribution.result import Attribution

@@ -17,7 +17,7 @@ from friction_models import FrictionModel, make_model
 from friction_models.common import write_json
 from friction_models.discovery import diagnose, refine
 from friction_models.effects import CATALOGUE
-from friction_models.models.interval_coverage import wilson as share_interval
+from friction_models.training.interval_coverage import wilson as share_interval
 
 from ..common import Section, Table, section
 from ..data import sources

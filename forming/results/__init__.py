@@ -1,1 +1,1 @@
-"""Results of a forming run: numbers, fields, files, pictures and pages."""
+"""Results of a forming run: numbers, fields, files; `pictures` draws them."""

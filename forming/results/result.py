@@ -17,8 +17,8 @@ from friction_models.loads import LOADS, MU
 
 from .contact_history import ContactHistory
 from .ejection_result import save_ejection
-from .page import report_page
-from .picture import write_picture
+from .pictures.page import report_page
+from .pictures.picture import write_picture
 from .record import FormingRecord
 
 #: Attributes of a result with one entry a communication step, and their units.

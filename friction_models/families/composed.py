@@ -18,10 +18,10 @@ from ..loads.order import order_of_tests
 from ..loads.time_steps import rests, time_steps
 from ..models.base import FrictionModel, LoadsLike
 from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
-from ..models.rounds import checked_round
 from ..models.tangent import MeasuredPoints, Tangent
 from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
+from .refinement_history import checked_round
 from .registry import make_model
 
 #: Steps of bisection, then of Newton, to a friction coefficient that agrees with an effect of itself.

@@ -12,8 +12,8 @@ import pandas as pd
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
 from ..models.domain import known_domain
-from ..models.load_uncertainty import Predictor, load_uncertainty
 from ..models.measures import Measures, error_measures, loads_sentence, range_warning
+from .load_uncertainty import Predictor, load_uncertainty
 
 if TYPE_CHECKING:
     from ..models.base import FrictionModel

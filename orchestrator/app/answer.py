@@ -121,7 +121,7 @@ def rounds_of(card: Path) -> list[Mapping[str, Any]]:
 def _without_strange(entry: dict[str, Any]) -> dict[str, Any]:
     """Return a round without intervals that are none."""
     # It brings all that counts, for which the first page does not wait.
-    from friction_models.models.rounds import are_intervals
+    from friction_models.families.refinement_history import are_intervals
 
     good = are_intervals(entry.get("intervals", {})) and isinstance(entry.get("clear", False), bool)
     return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear"}}

@@ -56,7 +56,7 @@ PAGES = {
 def forming_page(folder: Path) -> str:
     """Return the page of a forming result, which `forming` makes itself."""
     from forming.results.files import load_result
-    from forming.results.page import report_page
+    from forming.results.pictures.page import report_page
 
     return report_page(*load_result(folder))
 

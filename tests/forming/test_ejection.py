@@ -18,7 +18,7 @@ from forming.processes.base import FormingProcess
 from forming.processes.ejection import Ejection
 from forming.results.ejection_result import load_ejection
 from forming.results.files import load_result
-from forming.results.page import report_page
+from forming.results.pictures.page import report_page
 from forming.tools.ejection_tools import Stage, ejector, opened
 from friction_models.common import InputError
 

@@ -7,7 +7,7 @@ import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.results.few_points import FEWEST, few_points
-from forming.results.page import report_page
+from forming.results.pictures.page import report_page
 
 
 @pytest.mark.parametrize(("kind", "few"), [(ForwardRodExtrusion, True), (BackwardCupExtrusion, False)])

@@ -14,8 +14,6 @@ import pytest
 
 from forming import BackwardCupExtrusion, ForwardRodExtrusion
 from forming.fe.mesh.shape import gauss_volumes
-from forming.results.animation import animation
-from forming.results.drawing import Window, tool_polygon
 from forming.results.field_recorder import (
     FIELDS_EVERY,
     FIELDS_FOLDER,
@@ -24,7 +22,9 @@ from forming.results.field_recorder import (
 )
 from forming.results.fields import FieldHistory
 from forming.results.files import load_result
-from forming.results.picture import subdivided
+from forming.results.pictures.animation import animation
+from forming.results.pictures.drawing import Window, tool_polygon
+from forming.results.pictures.picture import subdivided
 from forming.results.snapshot import CONTACT_FIELDS, ELEMENT_FIELDS, FIELDS
 from friction_models.common import InputError
 

@@ -17,13 +17,13 @@ from friction_models.loads import LOAD_NAMES, DataSet, TriboLoads
 from friction_models.models.base import FrictionModel
 from friction_models.models.calibration import TESTS_FOR_LOADS, folds_of, thinned
 from friction_models.models.domain import Domain
-from friction_models.models.interval_coverage import (
+from friction_models.models.intervals import PROBABILITIES, PredictionInterval
+from friction_models.training.interval_coverage import (
     add_interval,
     coverage_measures,
     measured_coverage,
     wilson,
 )
-from friction_models.models.intervals import PROBABILITIES, PredictionInterval
 
 from .made_up import EDGES, anywhere, campaign
 

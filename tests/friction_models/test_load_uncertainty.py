@@ -10,9 +10,9 @@ import pytest
 
 from friction_models import DataSet, LinearFriction, evaluate
 from friction_models.common import InputError
-from friction_models.models.load_uncertainty import load_uncertainty
 from friction_models.models.measures import loads_sentence
 from friction_models.training.evaluation import train
+from friction_models.training.load_uncertainty import load_uncertainty
 
 
 class Law:

@@ -142,8 +142,8 @@ def _from_card(model: Any, dataset: DataSet, card: Card, tests: float | None) ->
 
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
-    from friction_models.models.interval_coverage import add_interval as calibrate
-    from friction_models.models.interval_coverage import report
+    from friction_models.training.interval_coverage import add_interval as calibrate
+    from friction_models.training.interval_coverage import report
 
     try:
         return report(calibrate(model, dataset, level))
@@ -171,7 +171,7 @@ def evaluate(
     say(result.report())
     content = {"data": str(data), **result.to_dict()}
     if has_interval(friction):
-        from friction_models.models.interval_coverage import coverage_text, measured_coverage
+        from friction_models.training.interval_coverage import coverage_text, measured_coverage
 
         content["coverage"] = coverage = measured_coverage(friction, dataset, level)
         say(coverage_text(coverage))

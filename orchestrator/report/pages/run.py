@@ -43,7 +43,7 @@ def _fields(run: Run) -> str:
     """Return the fields that `simulate --fields` saved, as animations of 2.5 MB in all."""
     if not (run.folder / "fields").is_dir():
         return ""
-    from forming.results.animation import LARGEST, animation
+    from forming.results.pictures.animation import LARGEST, animation
 
     from ...cosim.run_fields import fields_of
 

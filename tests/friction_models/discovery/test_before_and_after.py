@@ -13,7 +13,7 @@ from friction_models.common import InputError
 from friction_models.discovery import compare, refine
 from friction_models.discovery.refinement import history_text
 from friction_models.discovery.resampling import before_and_after
-from friction_models.models.rounds import checked_round
+from friction_models.families.refinement_history import checked_round
 
 
 def test_they_are_those_of_compare(tmp_path: Any) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..fe.mesh.shape import FloatArray
-from .snapshot import Snapshot
+from ...fe.mesh.shape import FloatArray
+from ..snapshot import Snapshot
 
 #: Room around the workpiece in which tools are drawn [mm].
 MARGIN = 4.0

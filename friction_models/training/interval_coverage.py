@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..loads import DataSet, FloatArray, TriboLoads
-from .base import FrictionModel
-from .intervals import LEVEL, PredictionInterval
+from ..models.base import FrictionModel
+from ..models.intervals import LEVEL, PredictionInterval
 
 #: Points of a test share its offset. Tests that happen to agree would speak for any number of observations.
 MOST_A_TEST = 3.0

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from friction_models.common import InputError
 
-from ..fe.mesh.shape import FloatArray
+from ...fe.mesh.shape import FloatArray
+from ..fields import FieldHistory
+from ..snapshot import FIELDS, Snapshot
 from .drawing import BANDS, Window, colours, map_of, ticks, tool_polygon
-from .fields import FieldHistory
-from .snapshot import FIELDS, Snapshot
 
 #: Largest text of one animation [bytes]; of larger histories every so many snapshots are left out.
 LARGEST = 2_500_000

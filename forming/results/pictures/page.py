@@ -8,14 +8,14 @@ from friction_models.common.markup import document, escape, paragraph, table
 from friction_models.loads import LOADS
 from friction_models.loads.contract import with_unit
 
-from ..fe.mesh.shape import FloatArray
+from ...fe.mesh.shape import FloatArray
+from ..contact_history import ContactHistory
+from ..ejection_result import EjectionResult
+from ..few_points import few_points
+from ..local_errors import summary
+from ..record import FormingRecord
 from .animation import animation
-from .contact_history import ContactHistory
 from .drawing import FONT, INK, SOFT, number, ticks
-from .ejection_result import EjectionResult
-from .few_points import few_points
-from .local_errors import summary
-from .record import FormingRecord
 
 _STYLE = f"""
 body {{ margin: 0; background: #fff; color: {INK}; font: 16px/1.55 {FONT}; }}

@@ -13,7 +13,9 @@ import numpy.typing as npt
 from friction_models.common import InputError, unknown_name, write_text
 from friction_models.common.markup import document
 
-from ..fe.mesh.shape import FloatArray
+from ...fe.mesh.shape import FloatArray
+from ..fields import FieldHistory
+from ..snapshot import FIELDS, Snapshot
 from .animation import animation
 from .drawing import (
     BANDS,
@@ -29,8 +31,6 @@ from .drawing import (
     ticks,
     tool_polygon,
 )
-from .fields import FieldHistory
-from .snapshot import FIELDS, Snapshot
 
 #: Parts of an element along each side, so that colours follow the field within it.
 PARTS = 3

@@ -1,0 +1,1 @@
+"""Fields as drawings and as an animation, and the page of a run."""
