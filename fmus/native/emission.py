@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from . import ops
-from .places import Buffers, Place
+from .c_variables import Buffers, Place
 from .tables import Tables, literal
 from .tensors import Graph, Step, Tensor, refuse
 from .trees import tree_tables

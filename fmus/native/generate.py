@@ -11,9 +11,9 @@ from friction_models.models.intervals import MARGIN
 from ..interface.friction_source import FrictionSource
 from ..interface.quantities import FrictionInterface
 from . import ops
+from .c_functions import WHOLE, chosen, function
 from .emission import BLOCK, Writer
 from .graph import read_graph
-from .parts import WHOLE, chosen, function
 from .tables import Tables, interface_tables
 from .tensors import Graph, refuse, rules_of
 

@@ -35,7 +35,7 @@ from ..prediction.predict_sct import PredictionNumbers
 from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts, SettlingRound
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
-from .settling import SETTLED, all_tests, settle
+from .settling_tests import SETTLED, all_tests, settle
 
 if TYPE_CHECKING:
     from ..report.sections.evidence import DiagnosisNumbers

@@ -8,9 +8,9 @@ from nicegui import ui
 
 from .. import commands
 from ..project import Project, history
+from .elements import action, asked_data, choice, empty, fold, say, told, words
 from .frame import page_head
-from .parts import action, asked_data, choice, empty, fold, say, told, words
-from .report_parts import badge, section
+from .report_sections import badge, section
 from .residuals import show_residuals
 from .view import View
 

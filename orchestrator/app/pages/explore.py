@@ -15,9 +15,9 @@ from friction_models.loads import LOAD_NAMES, DataSet
 from ...report.reading import ReadFigure
 from ..figures.explore import Sample, cloud, label, sample, summary
 from ..project.loaded import loaded
+from .elements import asked_data, button, choice, empty, gone, say, text_field, told, words
 from .frame import page_head
-from .parts import asked_data, button, choice, empty, gone, say, text_field, told, words
-from .report_parts import plotted
+from .report_sections import plotted
 from .view import View
 
 #: What drawing with the mouse does, as plotly calls it.

@@ -21,8 +21,7 @@ from ..project.history import Story
 from ..project.project import changed
 from ..serving import has_page, page_address
 from ..work.job import DONE, FAILED, Job
-from .frame import page_head
-from .parts import (
+from .elements import (
     action,
     choice,
     download,
@@ -36,6 +35,7 @@ from .parts import (
     text_field,
     words,
 )
+from .frame import page_head
 from .view import View
 
 

@@ -17,10 +17,10 @@ from ..project import is_name
 from ..project.loaded import loaded
 from ..serving import address
 from .compare import CONSTANTS
+from .elements import action, button, choice, download, empty, fold, heading, panel, reading, say, told, words
 from .forming_form import FormState, ask, constants_of, first_form, processes
 from .frame import page_head
-from .parts import action, button, choice, download, empty, fold, heading, panel, reading, say, told, words
-from .report_parts import badge, parts, section
+from .report_sections import badge, parts, section
 from .view import View
 
 

@@ -19,7 +19,7 @@ from .. import commands
 from ..commands import Command
 from ..project import is_name
 from .compare import CONSTANTS, own_models
-from .parts import action, choice, fold, number_field, say, text_field, words
+from .elements import action, choice, fold, number_field, say, text_field, words
 from .view import View
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from ..commands import Command
 from ..project import HISTORY, Project, history
 from ..work.job import CANCELLED, FAILED, RUNNING, Job
 from ..work.worker import Worker
-from .parts import BARE, button, empty, gone, heading, say
+from .elements import BARE, button, empty, gone, heading, say
 from .view import View
 
 #: Address, name and module of each page, in the order in which a new project needs them.

@@ -14,12 +14,12 @@ from friction_models.common.markup import escape
 
 from ...report.reading import ReadFigure, ReadPage
 from .. import commands
-from ..answer import Answer, Offer, rounds_of
 from ..commands import Command
+from ..model_findings import Answer, Offer, rounds_of
 from ..project.history import ACCEPTED, TAKEN_BACK, Round, Story, learnt_from
+from .elements import action, button, choice, download, empty, fold, heading, panel, say, told, words
 from .frame import page_head
-from .parts import action, button, choice, download, empty, fold, heading, panel, say, told, words
-from .report_parts import badge, parts, picture, section
+from .report_sections import badge, parts, picture, section
 from .view import View
 
 _NEXT = "<h3>What to test next</h3>"

@@ -11,8 +11,8 @@ from friction_models.common.markup import table
 from ..commands.forming import STORY, story
 from ..project import history
 from ..serving import address
+from .elements import action, download, empty, heading, panel, reading, say, words
 from .frame import page_head
-from .parts import action, download, empty, heading, panel, reading, say, words
 from .view import View
 
 #: Most lines of the history that are shown.

@@ -14,8 +14,8 @@ from friction_models.discovery.answer.figures_data import varied
 from friction_models.loads.contract import with_unit
 
 from ..figures.residuals import Cell, between, cell_map, cells, curves, models_of, over_loads, points_of
-from .parts import button, choice, heading, panel, say
-from .report_parts import picture
+from .elements import button, choice, heading, panel, say
+from .report_sections import picture
 from .view import View
 
 #: Most cells of the table and most tests of a cell that are shown.

@@ -30,7 +30,7 @@ def story(
     ] = None,
 ) -> None:
     """Write the story of a project as one self-contained page: measurements, models, rounds, FMUs, forming runs."""
-    from ...app.story import story_of
+    from ...app.project_contents import story_of
     from ...report.writing import check_page_file
 
     folder = Path(project)

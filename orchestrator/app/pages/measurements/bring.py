@@ -15,7 +15,7 @@ from sct_twin.readers import SUFFIXES
 
 from ...project import history, is_name, name_of
 from ...raw.files import MAPS, MOST_FILES, RAW, free_name, set_name
-from ..parts import button, heading, say
+from ..elements import button, heading, say
 from ..view import View
 
 #: Largest file that is taken [byte].

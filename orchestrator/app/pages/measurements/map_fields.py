@@ -15,7 +15,7 @@ from friction_models.loads.contract import POINT_UNITS
 from sct_twin.readers import RawTable
 
 from ...raw.map_form import TEST_TABLE, ColumnForm, MapForm, choices, number, units_of
-from ..parts import choice, fold, heading, number_field, say, text_field, words
+from ..elements import choice, fold, heading, number_field, say, text_field, words
 from ..view import View
 
 #: From so many columns on, those that are not used are folded away.

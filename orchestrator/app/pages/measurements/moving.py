@@ -11,7 +11,7 @@ from friction_models.common import InputError
 from ...project import is_name
 from ...raw.files import RAW, free_name
 from ...raw.moving import ASIDE, aside, move, own_set
-from ..parts import button, fold, heading, say, text_field
+from ..elements import button, fold, heading, say, text_field
 from ..view import View
 
 

@@ -16,8 +16,8 @@ from friction_models.common.wording import counted
 from ... import commands
 from ...project import Project
 from ...project.loaded import kept_while_unchanged, loaded
+from ..elements import button, empty, heading, panel, say, words
 from ..frame import page_head
-from ..parts import button, empty, heading, panel, say, words
 from ..view import View
 from . import raw_set, taken_in, tests_editor
 from .bring import bring

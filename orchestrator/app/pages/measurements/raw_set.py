@@ -27,9 +27,9 @@ from ...raw.files import RAW, RawSet, free_name, map_text, raw_set, read_once, s
 from ...raw.map_form import MapForm, beyond_limits, looks_like_records
 from ...raw.moving import moved_to
 from ...work.job import DONE, FAILED
+from ..elements import button, choice, empty, fold, gone, heading, line, refused, say, words
 from ..frame import page_head
-from ..parts import button, choice, empty, fold, gone, heading, line, refused, say, words
-from ..report_parts import picture
+from ..report_sections import picture
 from ..view import View
 from .bring import bring
 from .map_fields import MapFields

@@ -13,7 +13,7 @@ from friction_models.common.markup import bullets, table
 
 from ... import commands
 from ...project.project import changed
-from ..parts import action, button, heading, panel, say, words
+from ..elements import action, button, heading, panel, say, words
 from ..view import View
 
 #: What is shown of the quality table, of how many tests.

@@ -13,8 +13,8 @@ from friction_models.loads.tests_table import TableOfTests
 
 from ... import commands
 from ...commands import Command
+from ..elements import button, choice, line, say, text_field
 from ..frame import page_head
-from ..parts import button, choice, line, say, text_field
 from ..view import View
 from . import taken_in
 

@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import events, ui
 
 from ...report.reading import Part, ReadFigure, ReadPage, ReadSection
-from .parts import heading, words
+from .elements import heading, words
 
 #: Least width of a panel that stands beside others [px]: with less its ticks and titles touch.
 PANEL = 210

@@ -14,10 +14,10 @@ from friction_models.loads.contract import with_unit
 
 from ..report.pages.story import Chapter, Loop, Measurements, Packed, ProjectStory
 from ..report.reading import read_page
-from .answer import noise_floor, rounds_of
 from .commands import short
 from .commands.fmus import last_check
 from .commands.models import diagnosis_files
+from .model_findings import noise_floor, rounds_of
 from .project import HISTORY, Project, history
 from .project.history import Story
 
