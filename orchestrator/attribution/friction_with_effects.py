@@ -20,7 +20,7 @@ from fmus.archive.content import read_member, read_members
 from fmus.user_onnx import looks_ours
 from fmus.user_onnx.reading import parse
 from friction_models.common import InputError, atomic_path
-from friction_models.effects.base import Effect, Memory
+from friction_models.effects.base import Effect, EffectContext
 from friction_models.expressions.onnx_graph import GraphBuilder, OnnxOps
 from friction_models.expressions.ops import LoadColumns, Value
 from friction_models.loads import LOAD_NAMES
@@ -209,7 +209,7 @@ def _probe_graph(effects: Sequence[Effect], known: Sequence[Cause], states: int)
     rates: list[Any] = []
     for effect in effects:
         shape = effect.start_shape()
-        memory = Memory(mu_in, held, {})
+        memory = EffectContext(mu_in, held, {})
         for basis in effect.basis(x, L, shape, memory):
             mu = mu + x.column(system, column) * basis
             column += 1

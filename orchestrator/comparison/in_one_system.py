@@ -7,14 +7,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from fmus.runtime.errors import SimulationError
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.friction_names import FrictionNames
 from friction_models.common import InputError
-from friction_models.loads import LOADS, MU, FloatArray
-from friction_models.loads.contract import with_unit
+from friction_models.loads import LOADS
 
 from ..cosim.local_errors import StatedError, forming_with_elements, state_local_errors, stated_errors
 from ..cosim.master import Master
@@ -31,12 +29,11 @@ from ..force_curves.forces import (
     levels_table,
 )
 from ..jobs.job import Files, Inputs, Job, Needs, Progress
+from .contact_course import ContactCourse, PointHistory, contact_course, point_history, shown_points
 from .study_folder import RUN, run_jobs, study_folder
 
 #: The run without friction, which the others are held against; no model may be called so.
 REFERENCE = "without friction"
-#: Contact points whose loads and mu are shown.
-POINTS = 3
 
 
 @dataclass(frozen=True)
@@ -48,27 +45,6 @@ class Totals:
     #: The part of the work that is there because of friction: one minus the work of the run without friction over this
     #: one; None where that run failed.
     friction_share: float | None
-
-
-@dataclass(frozen=True)
-class PointHistory:
-    """Loads and mu of one contact point in one run."""
-
-    point: int  # its number, from 1
-    stroke: FloatArray  # [mm]
-    #: By name of the loads contract, as long as the stroke; NaN where it touches nothing.
-    values: Mapping[str, FloatArray]
-
-
-@dataclass(frozen=True)
-class ContactCourse:
-    """Loads and mu along the contact of one run at n strokes."""
-
-    stroke: FloatArray  # shape (n,) [mm]
-    place: FloatArray  # shape (n, points), distance along the surface from the first point [mm], or numbers of the points
-    #: By name of the loads contract, shape (n, points); NaN where a point touches nothing.
-    values: Mapping[str, FloatArray]
-    is_distance: bool  # False where the process does not say where its points are
 
 
 @dataclass(frozen=True)
@@ -163,10 +139,7 @@ class RunsComparison:
             rows += ["", levels_table([LevelsComparison(n, (c,)) for n, c in self.press.items()])]
         for label, errors in self.errors.items():
             rows.append(f"{label}: stated errors of the loads, median, and below which 9 of 10 are")
-            rows += [
-                f"  {with_unit(e.load):14s} {e.usual:10.3g} {e.high:10.3g}   (median of the load {e.middle:.3g})"
-                for e in errors
-            ]
+            rows += [error.line() for error in errors]
         return "\n".join([*rows, *self.remarks()])
 
 
@@ -277,9 +250,9 @@ def _compared(
     for label in labels:
         share = 1.0 - work[REFERENCE] / work[label] if REFERENCE in work and work[label] > 0.0 else None
         totals[label] = Totals(float(curves[label].on(grid).max()), work[label], share)
-    chosen = _points(runs[labels[0]], process)
+    chosen = shown_points(runs[labels[0]], process)
     histories = {
-        label: [_history(runs[label], process, f"{component}.{called[label].mu}", k) for k in chosen]
+        label: [point_history(runs[label], process, f"{component}.{called[label].mu}", k) for k in chosen]
         for label in labels
     }
     return RunsComparison(
@@ -294,60 +267,7 @@ def _compared(
         {
             label: course
             for label in labels
-            if (course := _course(runs[label], process, f"{component}.{called[label].mu}")) is not None
+            if (course := contact_course(runs[label], process, f"{component}.{called[label].mu}")) is not None
         },
         {label: stated for label in labels if (stated := stated_errors(runs[label]))},
     )
-
-
-def _touching(run: Run, process: str) -> npt.NDArray[np.bool_] | None:
-    """Return which points touch the tool at each time, shape (steps + 1, points); None without contact points."""
-    active = run.values.get(f"{process}.active")
-    pressure = run.values.get(f"{process}.sigma_n")
-    if pressure is None:
-        return None
-    found: npt.NDArray[np.bool_] = pressure > 0.0 if active is None else active > 0.5
-    return found if found.ndim == 2 else found[:, None]
-
-
-def _points(run: Run, process: str) -> list[int]:
-    """Return points spread evenly along those that touch the tool longest: half as long as any at least."""
-    touching = _touching(run, process)
-    if touching is None or not touching.any():
-        return []
-    share = touching.sum(axis=0)
-    long = np.flatnonzero(share >= 0.5 * share.max())
-    places = np.linspace(0, len(long) - 1, min(POINTS, len(long)))
-    return [int(long[round(k)]) for k in places]
-
-
-def _course(run: Run, process: str, mu: str) -> ContactCourse | None:
-    """Return loads and mu of all points at every stroke; None for a process without contact points."""
-    touching = _touching(run, process)
-    if touching is None or touching.shape[1] < 2:
-        return None
-    found = {q.name: run.values.get(f"{process}.{q.name}") for q in LOADS} | {MU.name: run.values.get(mu)}
-    values = {
-        name: np.where(touching, array, np.nan)
-        for name, array in found.items()
-        if array is not None and array.shape == touching.shape
-    }
-    r, z = (run.values.get(f"{process}.{n}") for n in ("r", "z"))
-    if r is None or z is None or r.shape != touching.shape:
-        place = np.tile(np.arange(1.0, touching.shape[1] + 1.0), (len(touching), 1))
-        return ContactCourse(run[f"{process}.stroke"], place, values, False)
-    steps = np.hypot(np.diff(r, axis=1), np.diff(z, axis=1))
-    place = np.concatenate([np.zeros((len(r), 1)), np.cumsum(steps, axis=1)], axis=1)
-    return ContactCourse(run[f"{process}.stroke"], place, values, True)
-
-
-def _history(run: Run, process: str, mu: str, point: int) -> PointHistory:
-    touching = _touching(run, process)
-    values = {}
-    for name, label in [*((q.name, f"{process}.{q.name}") for q in LOADS), (MU.name, mu)]:
-        found = run.values.get(label)
-        if found is None or touching is None:
-            continue
-        column = found[:, point] if found.ndim == 2 else found
-        values[name] = np.where(touching[:, point], column, np.nan)
-    return PointHistory(point + 1, run[f"{process}.stroke"], values)

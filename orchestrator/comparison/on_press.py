@@ -9,7 +9,7 @@ import numpy as np
 
 from ..force_curves.forces import LevelsComparison, levels_table
 from ..force_curves.metrics import ScalarError
-from .on_tests import Order, resampled_errors
+from .order import Order, resampled_errors
 from .press_study import FailedRun
 
 #: Errors that differ by less than this share of theirs count as equal: the same law fed in another way (one instance a

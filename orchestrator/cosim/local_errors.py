@@ -78,11 +78,7 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
         f"stated errors of the loads of {name} (elements of {size:g} mm against {smaller:.3g} mm): median, and below which "
         "9 of 10 are"
     ]
-    lines += [
-        f"  {with_unit(load):14s} {usual:10.3g} {high:10.3g}   (median of the load {middle:.3g})"
-        for load, middle, usual, high in summary(loads, active, errors)
-    ]
-    return "\n".join(lines)
+    return "\n".join([*lines, *(StatedError(*row).line() for row in summary(loads, active, errors))])
 
 
 class StatedError(NamedTuple):
@@ -92,6 +88,10 @@ class StatedError(NamedTuple):
     middle: float  # median of the load
     usual: float  # median of the error
     high: float  # below which 9 of 10 errors are
+
+    def line(self) -> str:
+        """Return a line of a table."""
+        return f"  {with_unit(self.load):14s} {self.usual:10.3g} {self.high:10.3g}   (median of the load {self.middle:.3g})"
 
 
 def stated_errors(run: Run) -> list[StatedError]:

@@ -10,7 +10,7 @@ from friction_models.common.markup import escape
 from friction_models.loads import LOADS, MU, FloatArray
 from friction_models.loads.contract import with_unit
 
-from ...comparison.in_one_system import ContactCourse
+from ...comparison.contact_course import ContactCourse
 from ..parts.chart import Chart, limits
 from ..parts.theme import looks
 

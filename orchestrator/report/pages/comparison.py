@@ -11,7 +11,8 @@ from friction_models.common.wording import counted
 
 from ...comparison.in_one_system import RunsComparison
 from ...comparison.on_press import QUANTITIES, ForcesComparison
-from ...comparison.on_tests import Order, TestsComparison
+from ...comparison.on_tests import TestsComparison
+from ...comparison.order import Order
 from ...force_curves.metrics import LevelSummary
 from ..charts.comparison import MOST_TESTS, per_test_chart
 from ..charts.force import draw_press

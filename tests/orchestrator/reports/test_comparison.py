@@ -19,7 +19,8 @@ from friction_models.models.domain import Domain
 from orchestrator.cli.common.console import _plain
 from orchestrator.cli.main import run
 from orchestrator.comparison.on_press import ForcesComparison
-from orchestrator.comparison.on_tests import FEWEST_UNITS, compare_on_tests, known_domain, resampled_errors
+from orchestrator.comparison.on_tests import compare_on_tests, known_domain
+from orchestrator.comparison.order import FEWEST_UNITS, resampled_errors
 from orchestrator.comparison.press_study import FailedRun, PressResults
 from orchestrator.force_curves.forces import ForceCurve, LevelsComparison, compare_force
 from orchestrator.report.pages.comparison import comparison_page
