@@ -18,7 +18,8 @@ from ..project.loaded import loaded
 from ..serving import address
 from .compare import CONSTANTS
 from .elements import action, button, choice, download, empty, fold, heading, panel, reading, say, told, words
-from .forming_form import FormState, ask, constants_of, first_form, processes
+from .forming_form import ask, first_form, processes
+from .forming_state import FormState, constants_of
 from .frame import page_head
 from .report_sections import badge, parts, section
 from .view import View

@@ -1,13 +1,12 @@
-"""The form of the page Forming, made from the parameters that each process declares, and the command line that follows it."""
+"""The form of the page Forming, made from the parameters that each process declares."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Container, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import PurePosixPath
-from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -15,63 +14,14 @@ from nicegui import ui
 from friction_models.common import InputError
 from friction_models.common.markup import table
 
-from .. import commands
-from ..commands import Command
 from ..project import is_name
-from .compare import CONSTANTS, own_models
+from .compare import own_models
 from .elements import action, choice, fold, number_field, say, text_field, words
+from .forming_state import LEVEL, FormState
 from .view import View
 
 if TYPE_CHECKING:
     from forming.processes.parameters import Parameter
-
-#: What differs from level to level, and by that has fields of its own.
-_LEVEL = ("speed", "T_tool")
-
-
-@dataclass
-class FormState:
-    """What was filled in; `values` are the parameters that differ from the defaults, as they were typed."""
-
-    process: str = "fre"
-    models: list[str] = field(default_factory=list)
-    constants: str = CONSTANTS[1]
-    values: dict[str, float | str] = field(default_factory=dict)
-    levels: dict[str, str] = field(default_factory=dict)
-    stroke: float | None = None
-    press: str = ""
-    local_errors: bool = False
-    name: str = ""
-
-    @classmethod
-    def of(cls, kept: Mapping[str, Any], known: Container[str]) -> FormState | None:
-        """Return the form as it was left; None where nothing was kept, or something else than a form.
-
-        Examples
-        --------
-        >>> FormState.of({"process": "fre", "stroke": 6.0}, ["fre"]).stroke
-        6.0
-        >>> FormState.of({"process": "fre", "stroke": "far"}, ["fre"]) is None
-        True
-        """
-        kinds: dict[str, type | tuple[type, ...]] = {
-            "process": str, "models": list, "constants": str, "values": dict, "levels": dict,
-            "stroke": (int, float, NoneType), "press": str, "local_errors": bool, "name": str,
-        }  # fmt: skip
-        if kept.get("process") not in known or not all(
-            n in kinds and isinstance(v, kinds[n]) for n, v in kept.items()
-        ):
-            return None
-        texts = [*kept.get("models", []), *kept.get("levels", {}).values()]
-        values = kept.get("values", {}).values()
-        numbers = [kept.get("stroke") or 0.0, *(v for v in values if not isinstance(v, str))]
-        if not all(isinstance(v, int | float) and abs(v) < 1e300 for v in numbers):
-            return None
-        # What a file names goes into command lines.
-        plain = all(is_name(v) for v in values if isinstance(v, str))
-        if not plain or not all(isinstance(t, str) for t in texts):
-            return None
-        return cls(**kept)
 
 
 async def ask(view: View, form: FormState) -> None:
@@ -80,16 +30,16 @@ async def ask(view: View, form: FormState) -> None:
     @ui.refreshable
     def fields() -> None:
         try:
-            known = _declared(form)
+            known = form.declared()
         except InputError:
             # A value that the process refuses: the button says so, the fields stay as they are declared.
-            known = _declared(FormState(form.process))
+            known = FormState(form.process).declared()
         _fields(view, form, known, changed)
 
     @ui.refreshable
     def button() -> None:
         try:
-            command = _command(form)
+            command = form.command()
         except InputError as error:
             say(str(error), "problem")
             return
@@ -143,16 +93,6 @@ def processes() -> dict[str, str]:
     return {name: kind.name for name, kind in PROCESSES.items()}
 
 
-def _declared(form: FormState) -> dict[str, Parameter]:
-    from forming.processes.parameters import declared
-
-    return {n: p for n, p in declared(form.process, _given(form)).items() if p.kind != "ejection"}
-
-
-def _given(form: FormState) -> dict[str, float | str]:
-    return {n: v for n, v in form.values.items() if v != ""}
-
-
 def _fields(view: View, form: FormState, known: dict[str, Parameter], changed: Callable[..., None]) -> None:
     """Show a field for each parameter: those of the shape first, what has a good default folded away."""
     from forming.materials.files import shipped
@@ -188,13 +128,13 @@ def _fields(view: View, form: FormState, known: dict[str, Parameter], changed: C
     def level(name: str, value: str) -> None:
         changed(levels={**form.levels, name: value})
 
-    rest = [p for p in known.values() if not shape(p) and p.name not in (*_LEVEL, "material")]
+    rest = [p for p in known.values() if not shape(p) and p.name not in (*LEVEL, "material")]
     with ui.element("div").classes("form"):
         for p in known.values():
             if shape(p):
                 one(p)
         one(known["material"])
-        for name, words_ in zip(_LEVEL, ("Punch speeds", "Tool temperatures"), strict=True):
+        for name, words_ in zip(LEVEL, ("Punch speeds", "Tool temperatures"), strict=True):
             p = known[name]
             value = form.levels.get(name, f"{p.default:g}")
             note = f"{p.low:g} to {p.high:g}, several by commas"
@@ -219,64 +159,6 @@ def _allowed(p: Parameter) -> str:
 
 def _hint(p: Parameter) -> str:
     return _allowed(p) if p.default is not None else f"{_allowed(p)}, or none"
-
-
-def _command(form: FormState) -> Command:
-    """Return the command line of the form; raises InputError for what the process or the command would refuse."""
-    from ...comparison.in_process import FormingPlan
-
-    levels = [_numbers(form.levels[n], n) if n in form.levels else [] for n in _LEVEL]
-    known = _declared(form)
-    speeds, temperatures = (
-        found or [float(known[name].default or 0.0)] for found, name in zip(levels, _LEVEL, strict=True)
-    )
-    constants = constants_of(form.constants)
-    models = [*form.models, *constants]
-    if not models:
-        raise InputError("Choose at least one friction model, or give a constant coefficient of friction.")
-    pairs = [{"speed": s, "T_tool": t} for s in speeds for t in temperatures]
-    plan = FormingPlan(form.process, _given(form), pairs, form.stroke)
-    for pair in pairs:
-        plan.longest(pair)
-    if form.press and len(pairs) > 1:
-        raise InputError("A press curve is that of one level: give one speed and one tool temperature.")
-    values = {n: _written(v) for n, v in _given(form).items()}
-    return commands.forming.form(
-        form.process,
-        models,
-        values,
-        speeds,
-        temperatures,
-        form.stroke,
-        form.press,
-        form.local_errors,
-        form.name,
-    )
-
-
-def _written(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)  # fmt: skip
-
-
-def _numbers(text: str, name: str) -> list[float]:
-    """Return numbers that stand between commas."""
-    found = []
-    for part in text.replace(";", ",").split(","):
-        if not part.strip():
-            continue
-        try:
-            found.append(float(part))
-        except ValueError:
-            raise InputError(f"{name}: {part.strip()[:40]!r}; allowed: numbers, several by commas") from None
-    return found
-
-
-def constants_of(text: str) -> list[str]:
-    found = _numbers(text, "constant mu")
-    for value in found:
-        if not 0.0 <= value <= 1.0:
-            raise InputError(f"constant mu = {value:g}; allowed: 0 to 1")
-    return [f"{value:g}" for value in dict.fromkeys(found)]
 
 
 @dataclass(frozen=True)
@@ -309,8 +191,8 @@ def _curves(view: View) -> dict[str, _Curve]:
             filled_in = {
                 "process": level.process,
                 "stroke": level.stroke,
-                "levels": {n: f"{level.numbers[n]:g}" for n in _LEVEL},
-                "values": {n: v for n, v in level.numbers.items() if n not in _LEVEL},
+                "levels": {n: f"{level.numbers[n]:g}" for n in LEVEL},
+                "values": {n: v for n, v in level.numbers.items() if n not in LEVEL},
                 "name": f"{folder.name}-{PurePosixPath(recorded.file).stem}",
             }
             found[path] = _Curve(label, filled_in)
