@@ -6,7 +6,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from friction_models.common import InputError
+from friction_models.common import InputError, check_readable
 from friction_models.common.files import read_json
 
 from ..interface.friction_source import MAX_ONNX_BYTES, FrictionSource, parse_source
@@ -54,8 +54,7 @@ def read_source(
             home, path = path, path / "model.onnx"
         if not path.is_file():
             raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
-        if path.stat().st_size > MAX_ONNX_BYTES:
-            raise InputError(f"{path}: {path.stat().st_size} bytes, allowed: at most {MAX_ONNX_BYTES}")
+        check_readable(path, MAX_ONNX_BYTES)
         from ..user_onnx.external import self_contained
 
         content = self_contained(path.read_bytes(), path, MAX_ONNX_BYTES)

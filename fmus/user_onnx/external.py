@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from friction_models.common import InputError
+from friction_models.common import InputError, check_readable
 
 if TYPE_CHECKING:
     import onnx
@@ -61,8 +61,7 @@ def _read(name: str, path: Path, limit: int) -> bytes:
         raise InputError(
             f"{path}: the file {name!r:.80} with its weights is not beside it; allowed: both together"
         )
-    if beside.stat().st_size > limit:
-        raise InputError(f"{beside}: {beside.stat().st_size} bytes, allowed: at most {limit}")
+    check_readable(beside, limit)
     return beside.read_bytes()
 
 

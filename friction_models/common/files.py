@@ -6,6 +6,7 @@ import contextlib
 import errno
 import json
 import lzma
+import math
 import os
 import shutil
 import struct
@@ -20,7 +21,7 @@ from typing import Any
 
 from .byte_order_marks import decoded
 from .earlier import making_way
-from .errors import InputError, shown
+from .errors import InputError, check_readable, shown
 from .folders import FolderKind, check_folder, check_parents
 from .wording import kind_of
 
@@ -233,10 +234,10 @@ def _integer(digits: str) -> int | float:
     return int(digits) if len(digits) < 300 else float(digits)
 
 
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON object.
+def read_json(path: Path, most: float = math.inf) -> dict[str, Any]:
+    """Read a JSON object from a file of `most` bytes at most.
 
-    Raises InputError: the file cannot be read, is not JSON, or holds something else.
+    Raises InputError: the file cannot be read, is too large, is not JSON, or holds something else.
 
     Examples
     --------
@@ -244,6 +245,8 @@ def read_json(path: Path) -> dict[str, Any]:
     ...     read_json(write_json(Path(place) / "model.json", {"mu": 0.1}))
     {'mu': 0.1}
     """
+    if path.is_file():
+        check_readable(path, most)
     try:
         content = json.loads(decoded(path.read_bytes()), parse_int=_integer)
     except (ValueError, OSError, RecursionError) as error:

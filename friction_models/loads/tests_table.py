@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..common.errors import InputError, nearest, shown, unknown_name
+from ..common.errors import InputError, check_readable, nearest, shown, unknown_name
 from ..common.files import atomic_path
 from ..common.locks import one_at_a_time
 from .dataset import read_tests
@@ -74,9 +74,8 @@ class TableOfTests:
             return cls(file, (), (("test_id",), *((str(name),) for name in names)))
         if file.suffix.lower() == ".parquet":
             raise InputError(f"{file}: Parquet; allowed: a test table as text, such as tests.csv")
-        if file.is_file() and file.stat().st_size > _MAX_BYTES:
-            raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {_MAX_BYTES}")
-        content = file.read_bytes() if file.is_file() else None
+        check_readable(file, _MAX_BYTES, "a test table")
+        content = file.read_bytes()
         read_tests(file)
         above, separator = header_of(file)
         with file.open(encoding=encoding_of(file), newline="") as stream:

@@ -45,20 +45,6 @@ class JobResult:
         return path
 
 
-def read_object(file: Path, limit: int) -> dict[str, Any]:
-    """Return the JSON object in a file of at most `limit` bytes.
-
-    Examples
-    --------
-    >>> with tempfile.TemporaryDirectory() as place:
-    ...     read_object(write_json(Path(place) / "result.json", {"mu": 0.1}), limit=1000)
-    {'mu': 0.1}
-    """
-    if file.is_file() and file.stat().st_size > limit:
-        raise InputError(f"{file}: {file.stat().st_size} bytes; allowed: at most {limit}")
-    return read_json(file)
-
-
 class Store:
     """The results in a folder.
 
@@ -82,7 +68,7 @@ class Store:
         """Return the kept result of a key under a job's name; None where there is none, or where it was changed."""
         place = self.folder / key
         try:
-            content = read_object(place / RESULT, MAX_BYTES)
+            content = read_json(place / RESULT, MAX_BYTES)
             checksum = content.pop("sha256", None)
             # Those of a version before, which a report may name, have none.
             if checksum is not None and (content["key"] != key or checksum != digest(content)):

@@ -12,7 +12,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from friction_models.common import InputError
+from friction_models.common import InputError, check_readable
 from friction_models.common.markup import escape
 
 #: Largest page [byte]; each holds the plotting library, 4.6 MB.
@@ -88,9 +88,8 @@ def read_page(file: Path) -> ReadPage:
     ...     read_page(file).sections[0].parts
     ['<p>a &lt; b</p>']
     """
+    check_readable(file, LARGEST, "a page of tribofmu")
     try:
-        if file.stat().st_size > LARGEST:
-            raise InputError(f"{file}: {file.stat().st_size} byte; allowed: a page of at most {LARGEST} byte")
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{file}: cannot be read ({error}); allowed: a page of tribofmu") from None

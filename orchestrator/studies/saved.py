@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.files import read_json
 
-from ..jobs.store import JobResult, Store, read_object
+from ..jobs.store import JobResult, Store
 
 NAMES = ("learning-curve", "forming-error", "lag", "extrapolation")
 #: Larger files are not read: the numbers of the full size take less than 20 MB.
@@ -29,7 +30,7 @@ class SavedStudy:
     @classmethod
     def read(cls, folder: Path) -> SavedStudy | None:
         """Read the manifest of a folder; None where it is not that of a study."""
-        manifest = read_object(folder / "manifest.json", MAX_BYTES)
+        manifest = read_json(folder / "manifest.json", MAX_BYTES)
         settings = manifest.get("settings")
         if not isinstance(settings, dict) or "study" not in settings:
             return None
@@ -50,7 +51,7 @@ class SavedStudy:
 
     def numbers(self) -> dict[str, Any]:
         """Return the content of ``NAME.json``."""
-        return read_object(self.folder / f"{self.name}.json", MAX_BYTES)
+        return read_json(self.folder / f"{self.name}.json", MAX_BYTES)
 
     def results(self, names: Iterable[str], *heads: str) -> dict[str, JobResult]:
         """Return the results that are there, of the jobs whose names begin with one of `heads`.

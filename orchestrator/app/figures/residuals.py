@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from friction_models.common import InputError
+from friction_models.common import InputError, check_readable
 from friction_models.common.markup import escape
 from friction_models.common.wording import counted
 from friction_models.discovery.answer.figures_data import varied
@@ -53,8 +53,7 @@ class Cell:
 @kept_while_unchanged(2)
 def points_of(file: Path) -> pd.DataFrame:
     """Return the points that `compare --points` wrote; raises InputError for another table."""
-    if file.stat().st_size > LARGEST:
-        raise InputError(f"{file.name}: {file.stat().st_size} byte; allowed: at most {LARGEST}")
+    check_readable(file, LARGEST)
     try:
         frame = pd.read_parquet(file)
         numbers = [c for c in frame.columns if c in (*LOAD_NAMES, MU.name) or str(c).startswith(OF)]

@@ -130,10 +130,6 @@ class Project:
         """Return the folders of measurement files, sorted."""
         return [p for p in self._entries("raw") if p.is_dir()]
 
-    def campaigns(self) -> list[Path]:
-        """Return the campaigns, sorted."""
-        return [p for p in self._entries("campaigns") if (p / "campaign.json").is_file()]
-
     def models(self) -> list[Path]:
         """Return the model folders, sorted."""
         return [p for p in self._entries("models") if (p / "card.json").is_file()]
