@@ -28,7 +28,7 @@ from orchestrator.attribution.forming_system import FormingSystem
 from orchestrator.attribution.sensitivities import Sensitivities, run_sensitivities
 from orchestrator.cosim.ready_made import extrusion_system
 from orchestrator.cosim.system import System
-from sct_twin.virtual_lab.hidden import HIDDEN, LawInput
+from sct_twin.virtual_lab.hidden_effects import HIDDEN, LawInput
 
 from .data import sources
 

@@ -20,9 +20,9 @@ from tokenize import TokenError
 from typing import Any
 
 from .byte_order_marks import decoded
-from .earlier import making_way
 from .errors import InputError, check_readable, shown
 from .folders import FolderKind, check_folder, check_parents
+from .replaced_outputs import making_way
 from .wording import kind_of
 
 #: What the standard library and NumPy raise on damaged archives of arrays.

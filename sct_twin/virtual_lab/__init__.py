@@ -9,7 +9,7 @@ from friction_models.common.imports.lazy_names import lazily
 if TYPE_CHECKING:
     from .campaign import Campaign as Campaign
     from .further_tests import run_protocol as run_protocol
-    from .hidden import HIDDEN as HIDDEN
+    from .hidden_effects import HIDDEN as HIDDEN
     from .law import load_truth as load_truth
     from .lubricants import LUBRICANTS as LUBRICANTS
     from .plans import PLAN_NAMES as PLAN_NAMES

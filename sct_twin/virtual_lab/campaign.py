@@ -21,7 +21,7 @@ from friction_models.common.processes.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign, write_tables
 from .experiment import Specimen, contact_reading, run_test
-from .hidden import FORCE_ZERO, HIDDEN, hidden_names, with_offset
+from .hidden_effects import FORCE_ZERO, HIDDEN, hidden_names, with_offset
 from .law import TrueLaw, write_truth
 from .lubricants import lubricant_named
 from .plans import UNITS, PlanRow, make_plan, parse_plan, read_plan

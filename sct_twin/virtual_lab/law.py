@@ -17,7 +17,7 @@ from friction_models.common import InputError, write_json
 from friction_models.common.files import read_json
 from friction_models.loads import FloatArray
 
-from .hidden import HIDDEN, HiddenEffect, LawInput, hidden_names
+from .hidden_effects import HIDDEN, HiddenEffect, LawInput, hidden_names
 from .lubricants import lubricant_named
 
 #: Constant, and change of mu per mm/s, K, MPa, mm and 1; each test campaign draws its own around these.

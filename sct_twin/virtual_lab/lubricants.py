@@ -16,7 +16,7 @@ import numpy as np
 from friction_models.common import unknown_name
 from friction_models.loads import FloatArray
 
-from .hidden import LawInput
+from .hidden_effects import LawInput
 
 
 @dataclass(frozen=True)

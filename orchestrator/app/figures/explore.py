@@ -16,7 +16,7 @@ from friction_models.loads.contract import with_unit
 from ...report.parts.chart import Chart
 from ...report.parts.theme import AFTER, COLORS, CONSTANT, INK, LINE
 from ...report.reading import ReadFigure
-from .as_read import as_read, with_fixed_margins
+from .report_charts import as_read, with_fixed_margins
 
 #: Most points that are drawn, and most levels that have a colour of their own.
 MOST, LEVELS = 3000, 8

@@ -21,8 +21,8 @@ from ...report.parts.chart import Chart
 from ...report.parts.theme import AFTER, CONSTANT
 from ...report.reading import ReadFigure
 from ..raw.map_form import ColumnForm, MapForm
-from .as_read import as_read, with_fixed_margins
 from .explore import label
+from .report_charts import as_read, with_fixed_margins
 
 #: Points of a curve, and panels, that are drawn.
 POINTS, PANELS = 1200, 24

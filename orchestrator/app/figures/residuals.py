@@ -23,7 +23,7 @@ from ...report.parts.chart import Chart
 from ...report.parts.theme import PRESS, looks
 from ...report.reading import ReadFigure
 from ..project.loaded import kept_while_unchanged
-from .as_read import as_read
+from .report_charts import as_read
 
 #: Most bins of each load in a map, most points of a curve, largest file that is read [byte].
 BINS, POINTS, LARGEST = 6, 400, 500_000_000

@@ -221,7 +221,7 @@ async def _rounds(view: View, story: Story, answer: Answer) -> None:
 def _staircase(view: View, model: str, answer: Answer) -> Any:
     """Return the figure of the errors of all rounds of a model, which its card keeps."""
     from ...report.charts.rounds import rounds_chart
-    from ..figures.as_read import as_read
+    from ..figures.report_charts import as_read
 
     history = rounds_of(view.project.inside(f"{model}/card.json"))
     if not history:

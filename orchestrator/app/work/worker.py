@@ -17,9 +17,9 @@ import time
 from typing import IO
 
 from friction_models.common import InputError
-from friction_models.common.earlier import KEEP
 from friction_models.common.errors import shown
 from friction_models.common.processes.child_processes import python_command
+from friction_models.common.replaced_outputs import KEEP
 
 from ..commands import Command, command_of
 from ..project import HISTORY, WORK, Project, history

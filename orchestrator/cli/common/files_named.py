@@ -45,7 +45,7 @@ class Commands(typer.Typer):
 def _checked(function: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(function)
     def command(**values: Any) -> Any:
-        from friction_models.common.earlier import keeping_earlier
+        from friction_models.common.replaced_outputs import keeping_earlier
 
         from .console import note
 

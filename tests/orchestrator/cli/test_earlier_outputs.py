@@ -9,7 +9,7 @@ import pytest
 
 from friction_models import LinearFriction
 from friction_models.common import InputError, atomic_path
-from friction_models.common.earlier import KEEP, keeping_earlier
+from friction_models.common.replaced_outputs import KEEP, keeping_earlier
 from orchestrator.cli.main import run
 from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.tiny_fmus import write_system
