@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from friction_models.common import check_folder
+from friction_models.common import InputError, check_folder
 from friction_models.common.cached_results import is_kept, keep, path_digest
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
@@ -89,7 +89,7 @@ def _same_run(task: RunTask) -> bool:
         manifest = read_json(task.folder / "manifest.json")
         parts = manifest["components"]
         return bool(
-            (task.folder / "results.nc").is_file()
+            manifest["results_sha256"] == path_digest(task.folder / "results.nc")
             and manifest["status"] == "ok"
             and manifest["mode"] == task.mode
             and manifest["steps"] == system.steps
@@ -101,5 +101,5 @@ def _same_run(task: RunTask) -> bool:
             and all(parts[n]["sha256"] == path_digest(system.fmu_path(n)) for n in parts)
             and all(parts[n]["start"] == system.components[n].start for n in parts)
         )
-    except (KeyError, TypeError, ValueError, OSError):
+    except (InputError, KeyError, TypeError, ValueError, OSError):
         return False

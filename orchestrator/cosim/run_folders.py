@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from friction_models.common import InputError, atomic_folder, unknown_name, write_json
+from friction_models.common.cached_results import path_digest
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.imports.drawn import Drawn
@@ -264,8 +265,9 @@ def write_run(
         moved = {n: folder.resolve() / p.relative_to(place) for n, p in system.bundle(place).items()}
         text = system.to_yaml(relative_to=folder.resolve(), moved=moved)
         (place / "system.yaml").write_text(text, encoding="utf-8")
-        write_json(place / "manifest.json", manifest)
         _write_netcdf(run, place / "results.nc")
+        manifest["results_sha256"] = path_digest(place / "results.nc")
+        write_json(place / "manifest.json", manifest)
         if csv:
             run.to_frame().to_csv(place / "results.csv", index=False, lineterminator="\n")
         (place / "log.txt").write_text("\n".join([*_summary(run), *course.log]) + "\n", encoding="utf-8")

@@ -6,7 +6,7 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 
 from friction_models import ConstantFriction, evaluate, load_model, make_model
 from friction_models.common import InputError, grown, write_json
+from friction_models.common.cached_results import path_digest
 from friction_models.common.files import read_json
 from friction_models.common.folders import DEMO
 from friction_models.common.imports.extras import need
@@ -35,7 +36,7 @@ from ..prediction.predict_sct import PredictionNumbers
 from ..report.sections.demo_folder import DemoSummary, FrictionEntry, RunFacts, SettlingRound
 from .prediction import PARTS, predict_held_out
 from .scenario import Scenario
-from .settling_tests import SETTLED, all_tests, settle
+from .settling_tests import FURTHER, SETTLED, all_tests, settle
 
 if TYPE_CHECKING:
     from ..report.sections.evidence import DiagnosisNumbers
@@ -46,10 +47,11 @@ STEPS = 11
 
 
 class _Step(TypedDict):
-    """A finished step, as ``steps.json`` holds it: the key of its inputs, and how long it took [s]."""
+    """A finished step, as ``steps.json`` holds it: the key of its inputs, how long it took [s], the hashes of its outputs."""
 
     key: str
     seconds: float
+    sha256: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class Demo:
         training = {"base": s.base, "other": s.other, "parameters": s.other_parameters}
         self._do("train", training, ["models/before", "models/other"], self._train)
         self._do("diagnose", {}, ["diagnosis.json"], self._diagnose)
-        self._do("settle", {}, [SETTLED], lambda tick: settle(self.out, s.seed, self.jobs, tick))
+        self._do("settle", {}, [SETTLED, FURTHER], lambda tick: settle(self.out, s.seed, self.jobs, tick))
         settled = read_json(self.out / SETTLED)
         diagnosis: DiagnosisNumbers = settled["diagnosis"]
         rounds: list[SettlingRound] = settled["rounds"]
@@ -311,21 +313,27 @@ class Demo:
     def _do(
         self, name: str, inputs: Mapping[str, object], outputs: list[str], work: Callable[[Progress], None]
     ) -> None:
-        """Do a step with its progress display, unless it is done: same inputs, and all steps before it, too.
+        """Do a step with its progress display, unless it is done: same inputs, all steps before it, and outputs as it left them.
 
-        `outputs` are files or folders, relative to the folder, that the step leaves behind.
+        `outputs` are files or folders, relative to the folder, that the step leaves behind. Their hashes tell what an
+        interrupted run with other inputs has replaced.
         """
         with self._title(name) as tick:
             self._chain += f"/{name}{json.dumps(inputs, sort_keys=True)}"
             key = self._keys.of({"chain": self._chain})
             found = self._steps.get(name)
-            kept = found is not None and found["key"] == key and all((self.out / o).exists() for o in outputs)
+            kept = found is not None and found["key"] == key and found.get("sha256") == self._hashes(outputs)
             if not kept:
                 began = time.perf_counter()
                 work(tick)
-                self._steps[name] = {"key": key, "seconds": round(time.perf_counter() - began, 3)}
+                seconds = round(time.perf_counter() - began, 3)
+                self._steps[name] = {"key": key, "seconds": seconds, "sha256": self._hashes(outputs)}
                 write_json(self.out / "steps.json", self._steps)
             tick(1, 1, "kept from before" if kept else "")
+
+    def _hashes(self, outputs: Sequence[str]) -> dict[str, str]:
+        """Return the hash of each output that is there."""
+        return {o: path_digest(self.out / o) for o in outputs if (self.out / o).exists()}
 
 
 def _facts(run: Run) -> RunFacts:

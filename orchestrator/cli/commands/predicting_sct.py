@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from friction_models.common import InputError, grown
+from friction_models.common import InputError, grown, shown
 
 from ..common.console import keeping, progress, say, write_result
 from ..common.files_named import Commands, Reads, Writes
@@ -92,6 +92,11 @@ def predict_sct(
         found = predict(fmu, schedules, out, twin=twin, label=label, names=called, jobs=jobs, progress=tick)
     say(found.table())
     say(f"written: {out} (predicted.csv, prediction.json, runs/ with a folder a test)")
+    earlier = {p.name for p in (out / "runs").iterdir()} - {test.run.folder.name for test in found.tests}
+    if earlier:
+        say(
+            f"note: {out / 'runs'} also holds runs that are not of this prediction: {shown(', '.join(sorted(earlier)))}"
+        )
     write_result(json, found.to_dict())
 
 

@@ -6,6 +6,7 @@ import json
 import tempfile
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -125,6 +126,22 @@ def test_a_run_that_stopped_is_not_taken_for_the_same_run(tiny: dict[str, Path],
     )
     (again,) = run_all([task], jobs=1)
     assert again.complete
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed"])
+def test_a_run_whose_results_are_not_as_it_left_them_is_run_again(
+    tiny: dict[str, Path], tmp_path: Path, damage: str
+) -> None:
+    task = RunTask(System.from_dict(system_content(tiny["law"], tiny["process"])), tmp_path / "run")
+    (first,) = run_all([task], jobs=1)
+    results = tmp_path / "run" / "results.nc"
+    if damage == "cut":
+        results.write_bytes(results.read_bytes()[:2000])
+    else:
+        with h5py.File(results, "r+") as file:
+            file["friction.mu"][...] *= 2.0
+    (again,) = run_all([task], jobs=1)
+    np.testing.assert_array_equal(again["friction.mu"], first["friction.mu"])
 
 
 def test_unknown_mode_and_result(tiny: dict[str, Path], tmp_path: Path) -> None:
