@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError, unknown_name
+from .errors import InputError, check_readable, unknown_name
 
 if TYPE_CHECKING:
     import h5py
@@ -74,12 +74,12 @@ def write_dataset(data: Dataset, path: Path) -> None:
     >>> found.values["mu"].tolist(), found.units["mu"], found.attributes["name"]
     ([0.08, 0.07], '1', 'run')
     """
+    import h5netcdf
+
     every = {**data.variables, **data.coordinates}
     if slashed := [name for name in every if "/" in name]:
         raise InputError(f"{path.name}: variable {slashed[0]!r}; allowed: names without '/'")
     elsewhere = {name: set(c.dimensions) for name, c in data.coordinates.items() if c.dimensions != (name,)}
-    import h5netcdf
-
     with h5netcdf.File(path, "w") as file:
         file.attrs.update(data.attributes)
         file.dimensions = {
@@ -103,8 +103,9 @@ def read_numbers(path: Path, needed: Collection[str] = (), most: float = math.in
     Raises InputError: the file is damaged, a variable is missing, holds no numbers or has no named dimensions, or its values mean
     something else than their numbers: they were packed anew, or a number marks gaps.
     """
-    import h5py  # h5netcdf takes ten times as long to read a file
+    import h5py  # h5netcdf takes four times as long
 
+    check_readable(path)
     try:
         with h5py.File(path, "r") as file:
             every = {name: values for name, values in file.items() if _is_variable(values)}
