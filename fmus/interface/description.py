@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from lxml import etree
 
 from ..archive.content import xml_bytes
-from .quantities import Variable, unit_base
+from .quantities import DeclaredVariable, unit_base
 
 GENERATION_TOOL = "tribofmu"
 #: Type of the annotation of FMI 3.0 that carries the model's family and trained domain.
@@ -24,7 +24,7 @@ class Description:
     identifier: str  #: C identifier, also the name of the binary.
     guid: str  #: GUID or (FMI 3.0) instantiation token.
     text: str  #: One line that describes the model.
-    variables: Sequence[Variable]
+    variables: Sequence[DeclaredVariable]
     #: Capability flags beyond the identifier; None leaves the interface out.
     co_simulation: Mapping[str, bool] | None = field(default_factory=dict)
     model_exchange: Mapping[str, bool] | None = None
@@ -120,7 +120,7 @@ def _experiment(step: float, stop: float | None, three: bool) -> dict[str, str]:
     return {"startTime": "0.0"} | end | size if end else size
 
 
-def _units(root: etree._Element, variables: Sequence[Variable]) -> None:
+def _units(root: etree._Element, variables: Sequence[DeclaredVariable]) -> None:
     """Write the units of the variables, with their SI base factors where they are known."""
     names = sorted({v.unit for v in variables if v.unit})
     if not names:
@@ -135,7 +135,7 @@ def _units(root: etree._Element, variables: Sequence[Variable]) -> None:
 
 
 def _variable(
-    parent: etree._Element, variable: Variable, numbers: Mapping[str, int], three: bool, nodes: int
+    parent: etree._Element, variable: DeclaredVariable, numbers: Mapping[str, int], three: bool, nodes: int
 ) -> etree._Element:
     kind = {"Real": "Float64"}.get(variable.type, variable.type) if three else variable.type
     attributes = {"name": variable.name, "valueReference": str(variable.reference)}
@@ -173,7 +173,7 @@ def _structure(
     rates = [v for v in description.variables if v.derivative]
     indicators = [v for v in description.variables if v.name == "domain_indicator"]
 
-    def listed(tag: str, unknowns: Sequence[Variable], initial: bool = False) -> None:
+    def listed(tag: str, unknowns: Sequence[DeclaredVariable], initial: bool = False) -> None:
         if not unknowns:
             return
         parent = structure if three else etree.SubElement(structure, f"{tag}s")

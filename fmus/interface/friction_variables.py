@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from friction_models.loads import LOADS, MU
 
-from .quantities import FrictionInterface, Variable, bounds, parameter_arrays
+from .quantities import DeclaredVariable, FrictionInterface, bounds, parameter_arrays
 
 #: Names that FMI 3.0 takes besides those of FMI 2.0.
 NAMES = ("time", "n", "domain_indicator")
@@ -17,7 +17,7 @@ MAX_NODES = 100_000
 NOT_MEASURED = "; not measured in training, no influence"
 
 
-def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]:
+def table(interface: FrictionInterface, ode: bool = False) -> Iterator[DeclaredVariable]:
     """Yield one variable a quantity, not yet numbered; `array` where every contact point has a value of its own.
 
     The five loads, `mu`, `domain_distance`, the states, the system variables, with `ode` (the states are continuous states)
@@ -29,8 +29,8 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     now = (*loads, *(states if ode else ()), *system)
     first = (*loads, *states, *system)
 
-    def coefficient(name: str, meaning: str) -> Variable:
-        return Variable(
+    def coefficient(name: str, meaning: str) -> DeclaredVariable:
+        return DeclaredVariable(
             name,
             "output",
             initial="calculated",
@@ -44,7 +44,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
         )
 
     for q in LOADS:
-        yield Variable(
+        yield DeclaredVariable(
             q.name,
             "input",
             unit=q.unit,
@@ -56,7 +56,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
             array=True,
         )
     yield coefficient(MU.name, MU.meaning)
-    yield Variable(
+    yield DeclaredVariable(
         "domain_distance",
         "output",
         initial="calculated",
@@ -67,7 +67,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
         array=True,
     )
     for s in interface.states:
-        yield Variable(
+        yield DeclaredVariable(
             s.name,
             "local",
             initial="exact",
@@ -78,7 +78,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
             array=True,
         )
     for p in interface.system:
-        yield Variable(
+        yield DeclaredVariable(
             p.name,
             "parameter",
             "tunable",
@@ -89,7 +89,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
             description=p.description,
         )
     for s in interface.states if ode else ():
-        yield Variable(
+        yield DeclaredVariable(
             f"der({s.name})",
             "local",
             initial="calculated",
@@ -102,7 +102,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
         )
     for bound, meaning in bounds(interface.interval):
         yield coefficient(bound, meaning)
-    yield Variable(
+    yield DeclaredVariable(
         "in_domain",
         "output",
         "discrete",
@@ -111,7 +111,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
         description="whether every point in contact is inside the trained domain",
         depends=loads,
     )
-    yield Variable(
+    yield DeclaredVariable(
         "clamp_to_domain",
         "parameter",
         "tunable",
@@ -122,7 +122,7 @@ def table(interface: FrictionInterface, ode: bool = False) -> Iterator[Variable]
     )
 
 
-def variables2(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
+def variables2(interface: FrictionInterface, ode: bool = False) -> list[DeclaredVariable]:
     """Return the scalar variables of FMI 2.0 in file order, every point of a quantity after the other.
 
     Value references count through the file, over all types: `native/fmi2.c` does the same.
@@ -145,12 +145,12 @@ def variables2(interface: FrictionInterface, ode: bool = False) -> list[Variable
             return name
         return f"{name[:-1]}[{i + 1}])" if name.endswith(")") else f"{name}[{i + 1}]"
 
-    def known(names: tuple[str, ...] | None, row: Variable, i: int) -> tuple[str, ...] | None:
+    def known(names: tuple[str, ...] | None, row: DeclaredVariable, i: int) -> tuple[str, ...] | None:
         if names is None or row.array:
             return None if names is None else tuple(named(name, i) for name in names)
         return tuple(named(name, k) for name in names for k in points)
 
-    def expanded() -> Iterator[Variable]:
+    def expanded() -> Iterator[DeclaredVariable]:
         for row in rows:
             always = None if row.depends is None else tuple(d for d in row.depends if d not in parameters)
             for i in points if row.array else (0,):
@@ -166,7 +166,7 @@ def variables2(interface: FrictionInterface, ode: bool = False) -> list[Variable
     return [replace(v, reference=k) for k, v in enumerate(expanded())]
 
 
-def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable]:
+def variables3(interface: FrictionInterface, ode: bool = False) -> list[DeclaredVariable]:
     """Return the variables of FMI 3.0 in file order: scalars, or arrays whose length is the parameter `n`.
 
     Value references: 0 is the time; then the Real rows of the table, `domain_indicator` (only present with a recorded
@@ -182,7 +182,7 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
     rows = [v if interface.sized else replace(v, array=False) for v in table(interface, ode)]
     rows.insert(
         sum(v.type == "Real" for v in rows),
-        Variable(
+        DeclaredVariable(
             "domain_indicator",
             "local",
             initial="calculated",
@@ -192,8 +192,8 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
         ),
     )
     numbered = [replace(v, reference=k + 1) for k, v in enumerate(rows)]
-    time = Variable("time", "independent", unit="s", description="simulation time")
-    size = Variable(
+    time = DeclaredVariable("time", "independent", unit="s", description="simulation time")
+    size = DeclaredVariable(
         "n",
         "structuralParameter",
         "fixed",
@@ -209,7 +209,7 @@ def variables3(interface: FrictionInterface, ode: bool = False) -> list[Variable
     return [time, *([size] if interface.sized else []), *shown]
 
 
-def _gathered(rows: Iterable[Variable], interface: FrictionInterface) -> Iterator[Variable]:
+def _gathered(rows: Iterable[DeclaredVariable], interface: FrictionInterface) -> Iterator[DeclaredVariable]:
     """Yield the variables with arrays of system variables in place of their elements.
 
     An array has the reference of its first element; those of the others are not used.

@@ -89,7 +89,7 @@ def load_conversion(name: str, unit: str, where: str) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Variable:
+class DeclaredVariable:
     """One FMI variable: a scalar of FMI 2.0, or a scalar or array of FMI 3.0."""
 
     name: str  #: Structured name, ``mu`` or ``mu[3]``.

@@ -10,7 +10,7 @@ from friction_models.loads import Quantity
 
 from ..slaves.core import SolverConfig, SolverFacts
 from .description import Description
-from .quantities import Variable
+from .quantities import DeclaredVariable
 
 
 def signal(
@@ -21,7 +21,7 @@ def signal(
     lower: float | None = None,
     upper: float | None = None,
     nominal: float | None = None,
-) -> Variable:
+) -> DeclaredVariable:
     """Return an output or input of a solver, not yet numbered.
 
     Examples
@@ -29,12 +29,12 @@ def signal(
     >>> signal("F_n", "N", "normal force").unit
     'N'
     """
-    return Variable(
+    return DeclaredVariable(
         name, "", unit=unit, start=start, lower=lower, upper=upper, description=meaning, nominal=nominal
     )
 
 
-def indexed(q: Quantity, n: int, i: int) -> Variable:
+def indexed(q: Quantity, n: int, i: int) -> DeclaredVariable:
     """Return the signal of a quantity at marker `i` of `n`; one marker has no index.
 
     Examples
@@ -67,16 +67,16 @@ class SolverInterface:
     solver: str  #: ``forming`` or ``twin``.
     title: str
     identifier: str  #: C identifier.
-    outputs: Sequence[Variable]
-    inputs: Sequence[Variable]
+    outputs: Sequence[DeclaredVariable]
+    inputs: Sequence[DeclaredVariable]
     parameters: Mapping[str, tuple[str, float]]  #: Name to unit and value.
     experiment: tuple[float, float]  #: Communication step and end of the default experiment [s].
     flags: Sequence[str] = ()  #: Boolean outputs.
-    further: Sequence[Variable] = ()  #: Outputs that are numbered after all others.
+    further: Sequence[DeclaredVariable] = ()  #: Outputs that are numbered after all others.
     meanings: Mapping[str, str] = field(default_factory=dict)  #: What the parameters are.
     fixed: SolverFacts = field(default_factory=SolverFacts)  #: What else the solver is told.
 
-    def variables(self) -> list[Variable]:
+    def variables(self) -> list[DeclaredVariable]:
         """Return all variables in file order."""
         # Outputs answer the inputs of the step before: no direct dependence, no algebraic loop for any master.
         computed: dict[str, Any] = {
@@ -90,7 +90,7 @@ class SolverInterface:
         )
         inputs = [replace(s, causality="input") for s in self.inputs]
         parameters = [
-            Variable(
+            DeclaredVariable(
                 name,
                 "parameter",
                 "fixed",
@@ -103,7 +103,7 @@ class SolverInterface:
         ]
         meaning = "whether the marker is in contact"
         flags = [
-            Variable(name, "output", "discrete", type="Boolean", description=meaning, **computed)
+            DeclaredVariable(name, "output", "discrete", type="Boolean", description=meaning, **computed)
             for name in self.flags
         ]
         found = [*outputs, *inputs, *parameters, *flags, *further]

@@ -11,7 +11,7 @@ from friction_models.common import InputError
 
 from ..runtime.fmu_files import describe
 from ..targets.packing import pack
-from .systems import TYPES, Component, Connector, Structure
+from .systems import TYPES, Connector, SspComponent, Structure
 from .writing import write_ssp
 
 
@@ -80,7 +80,7 @@ def single(fmu: str | os.PathLike[str], boundary: bool = False) -> Structure:
     stop, step = (getattr(experiment, key, None) for key in ("stopTime", "stepSize"))
     system = Structure(
         "friction",
-        [Component("friction", "resources/friction.fmu", connectors)],
+        [SspComponent("friction", "resources/friction.fmu", connectors)],
         stop=1.0 if stop is None else float(stop),
         step=0.01 if step is None else float(step),
     )

@@ -13,7 +13,7 @@ from lxml import etree
 from friction_models.common import InputError, check_readable
 
 from ..archive.content import MAX_DESCRIPTION_BYTES, parse_xml, read_member, read_members, unpack_members
-from .systems import DESCRIPTION, SPACES, Component, Connector, Structure, Value
+from .systems import DESCRIPTION, SPACES, Connector, SspComponent, Structure, Value
 
 #: Our notes are small; what is larger is not ours.
 _MAX_NOTES = 1_000_000
@@ -83,7 +83,7 @@ class _Reader:
         result.step = self._step(root, system, result.notes)
         return result
 
-    def _component(self, element: etree._Element) -> Component:
+    def _component(self, element: etree._Element) -> SspComponent:
         name, source = str(element.get("name") or ""), str(element.get("source") or "")
         if not name or "." in name or "->" in name or name != name.strip():
             raise InputError(
@@ -97,7 +97,7 @@ class _Reader:
         place = self._inside(source, f"component {name!r}")
         if PurePosixPath(place).suffix != ".fmu":
             raise InputError(f"{self.file}: component {name!r} is {source!r}, allowed: an FMU in the archive")
-        return Component(name, place, _connectors(element), self._start(element, f"component {name!r}"))
+        return SspComponent(name, place, _connectors(element), self._start(element, f"component {name!r}"))
 
     def _inside(self, source: str, what: str) -> str:
         """Return the member of the archive that a reference means."""

@@ -38,7 +38,7 @@ class Connector:
 
 
 @dataclass
-class Component:
+class SspComponent:
     """An FMU of the system."""
 
     name: str
@@ -52,7 +52,7 @@ class Structure:
     """What `SystemStructure.ssd` says."""
 
     name: str
-    components: list[Component] = field(default_factory=list)
+    components: list[SspComponent] = field(default_factory=list)
     #: Start component, start variable, end component, end variable; "" as component is the system itself.
     connections: list[tuple[str, str, str, str]] = field(default_factory=list)
     connectors: list[Connector] = field(default_factory=list)  #: Of the system.

@@ -12,7 +12,17 @@ from lxml import etree
 from friction_models.common import InputError
 
 from ..archive.content import check_content, read_description, write_archive, xml_bytes
-from .systems import DESCRIPTION, OMS_TYPE, OSP_TYPE, OWN_TYPE, SPACES, Component, Connector, Structure, Value
+from .systems import (
+    DESCRIPTION,
+    OMS_TYPE,
+    OSP_TYPE,
+    OWN_TYPE,
+    SPACES,
+    Connector,
+    SspComponent,
+    Structure,
+    Value,
+)
 from .traceability import traceability_files
 
 
@@ -32,7 +42,7 @@ def write_ssp(
     >>> from fmus import pack
     >>> from fmus.ssp.reading import read_ssp
     >>> from friction_models import ConstantFriction
-    >>> system = Structure("law", [Component("friction", "resources/friction.fmu")], stop=1.0, step=0.01)
+    >>> system = Structure("law", [SspComponent("friction", "resources/friction.fmu")], stop=1.0, step=0.01)
     >>> with TemporaryDirectory() as place:
     ...     fmu = pack(ConstantFriction(mu=0.1), Path(place) / "friction.fmu", target="python")
     ...     archive = write_ssp(Path(place) / "law.ssp", system, {"resources/friction.fmu": fmu})
@@ -73,7 +83,7 @@ def to_ssd(structure: Structure, units: Mapping[str, Mapping[str, str]]) -> byte
 
     Examples
     --------
-    >>> text = to_ssd(Structure("law", [Component("friction", "resources/friction.fmu")]), units={})
+    >>> text = to_ssd(Structure("law", [SspComponent("friction", "resources/friction.fmu")]), units={})
     >>> b'source="resources/friction.fmu"' in text
     True
     """
@@ -154,7 +164,7 @@ def _connectors(parent: etree._Element, connectors: Sequence[Connector]) -> None
             typed.set("name", connector.name)
 
 
-def _bindings(parent: etree._Element, start: Mapping[str, Value], owner: Structure | Component) -> None:
+def _bindings(parent: etree._Element, start: Mapping[str, Value], owner: Structure | SspComponent) -> None:
     if not start:
         return
     types = {c.name: c.type for c in owner.connectors}

@@ -12,7 +12,7 @@ import numpy as np
 
 from friction_models.common import atomic_folder, write_json, write_text
 from friction_models.common.folders import FORMING
-from friction_models.common.netcdf_files import Dataset, Variable, write_dataset
+from friction_models.common.netcdf_files import Dataset, NetcdfVariable, write_dataset
 from friction_models.loads import LOADS, MU
 
 from .contact_history import ContactHistory
@@ -121,7 +121,7 @@ def contact_dataset(contact: ContactHistory) -> Dataset:
         ("z", contact.position[:, :, 1], "mm", "z of the marker"),
     ]
     values = {
-        name: Variable(("step", "point"), array, {"units": unit, "long_name": meaning})
+        name: NetcdfVariable(("step", "point"), array, {"units": unit, "long_name": meaning})
         for name, array, unit, meaning in columns
     }
-    return Dataset(values, {"stroke": Variable(("step",), contact.stroke, {"units": "mm"})}, {})
+    return Dataset(values, {"stroke": NetcdfVariable(("step",), contact.stroke, {"units": "mm"})}, {})

@@ -30,7 +30,7 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 FloatArray = npt.NDArray[np.float64]
 
 
-class Variable(NamedTuple):
+class NetcdfVariable(NamedTuple):
     """Values over named dimensions, with their unit and meaning."""
 
     dimensions: tuple[str, ...]
@@ -41,9 +41,9 @@ class Variable(NamedTuple):
 class Dataset(NamedTuple):
     """What a netCDF file holds; ``xarray.Dataset(*data)`` is the same data set."""
 
-    variables: Mapping[str, Variable]
+    variables: Mapping[str, NetcdfVariable]
     #: One that does not run along the dimension of its own name is named in the attribute `coordinates` of the variables.
-    coordinates: Mapping[str, Variable]
+    coordinates: Mapping[str, NetcdfVariable]
     attributes: Mapping[str, str | int | float]
 
 
@@ -66,8 +66,8 @@ def write_dataset(data: Dataset, path: Path) -> None:
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
-    >>> mu = Variable(("time",), np.array([0.08, 0.07]), {"units": "1"})
-    >>> time = Variable(("time",), np.array([0.0, 0.1]), {"units": "s"})
+    >>> mu = NetcdfVariable(("time",), np.array([0.08, 0.07]), {"units": "1"})
+    >>> time = NetcdfVariable(("time",), np.array([0.0, 0.1]), {"units": "s"})
     >>> with TemporaryDirectory() as place:
     ...     write_dataset(Dataset({"mu": mu}, {"time": time}, {"name": "run"}), Path(place) / "run.nc")
     ...     found = read_numbers(Path(place) / "run.nc", ["mu"])

@@ -43,12 +43,12 @@ class LevelNumbers(TypedDict):
 
 
 @dataclass(frozen=True)
-class Level:
+class FormingLevel:
     """A factor level of the press, as a forming run needs it.
 
     Examples
     --------
-    >>> level = Level("fre", T_tool=20.0, speed=50.0, stroke=10.0)
+    >>> level = FormingLevel("fre", T_tool=20.0, speed=50.0, stroke=10.0)
     >>> level.name, level.numbers["T_tool"]
     ('fre_50mms_20C', 20.0)
     """
@@ -60,7 +60,7 @@ class Level:
     parameters: Mapping[str, float | str] = field(default_factory=dict)  # others of the process
 
     @classmethod
-    def of(cls, level: PressLevel, info: Mapping[str, object], stroke: float, step: float) -> Level:
+    def of(cls, level: PressLevel, info: Mapping[str, object], stroke: float, step: float) -> FormingLevel:
         """Return the level of press curves, with a stroke that record and process allow, in whole steps [mm].
 
         `info` is that of the press curves: ``process`` and ``T_billet_degC`` say what differs from the default.
@@ -107,7 +107,7 @@ class Level:
 
 def level_job(
     name: str,
-    level: Level,
+    level: FormingLevel,
     friction: Path | str,
     *,
     mode: str = "gauss_seidel",
@@ -130,7 +130,7 @@ def level_job(
 
     Examples
     --------
-    >>> job = level_job("run", Level("fre", T_tool=20.0, speed=50.0, stroke=10.0), Path("law.fmu"))
+    >>> job = level_job("run", FormingLevel("fre", T_tool=20.0, speed=50.0, stroke=10.0), Path("law.fmu"))
     >>> job.function.rpartition(":")[2], job.inputs["mode"]
     ('run_level', 'gauss_seidel')
     """
@@ -149,7 +149,7 @@ def level_job(
     return Job(name, f"{__name__}:run_level", inputs, files, needs, seconds)
 
 
-def level_inputs(level: Level, mode: str, step: float, start: StartValues | None) -> dict[str, object]:
+def level_inputs(level: FormingLevel, mode: str, step: float, start: StartValues | None) -> dict[str, object]:
     """Return what every job that forms a level gets: level, mode, step [mm] and start values of the friction FMU."""
     return {
         "level": asdict(level) | {"parameters": dict(level.parameters)},
@@ -192,7 +192,7 @@ def simulate_level(inputs: Inputs, friction: Path, folder: Path) -> Run:
     from ..cosim.master import Master
     from ..cosim.ready_made import extrusion_system
 
-    level = Level(**inputs["level"])
+    level = FormingLevel(**inputs["level"])
     forming = forming_file(inputs, folder.parent)
     pack_forming(forming, process=level.process, **level.numbers)
     label, names = str(inputs.get("label", "")), inputs.get("names")

@@ -18,7 +18,7 @@ from ..force_curves.forces import (
     read_press_curve,
 )
 from ..jobs.job import Progress
-from .level_runs import Level, force_curve, level_job
+from .level_runs import FormingLevel, force_curve, level_job
 from .study_folder import run_jobs, study_folder
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class PressStudy:
             todo = [
                 level_job(
                     _run_name(label, level),
-                    Level.of(level, self.press.info, STROKE, STEP),
+                    FormingLevel.of(level, self.press.info, STROKE, STEP),
                     frictions[label],
                     names=(names or {}).get(label),
                     keep="summary" if runs is None else "run",

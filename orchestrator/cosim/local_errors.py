@@ -12,7 +12,7 @@ import numpy as np
 from fmus.runtime.errors import SimulationError
 from forming.results.local_errors import FINER, Contact, local_errors, summary
 from friction_models.common import InputError, atomic_path
-from friction_models.common.netcdf_files import Dataset, Variable, read_numbers, write_dataset
+from friction_models.common.netcdf_files import Dataset, NetcdfVariable, read_numbers, write_dataset
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.loads.contract import with_unit
 
@@ -66,10 +66,10 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
     errors = local_errors(loads, active, finer)
     data = Dataset(
         {
-            q.name: Variable(("time", "point"), errors[:, :, k], {"units": q.unit})
+            q.name: NetcdfVariable(("time", "point"), errors[:, :, k], {"units": q.unit})
             for k, q in enumerate(LOADS)
         },
-        {"time": Variable(("time",), run.time[1:], {"units": "s"})},
+        {"time": NetcdfVariable(("time",), run.time[1:], {"units": "s"})},
         {"component": name, "mesh_size": size, "compared_with": smaller},
     )
     with atomic_path(run.folder / FILE) as path:

@@ -17,7 +17,7 @@ from friction_models.common.cached_results import path_digest
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.imports.drawn import Drawn
-from friction_models.common.netcdf_files import Dataset, Variable, read_numbers, write_dataset
+from friction_models.common.netcdf_files import Dataset, NetcdfVariable, read_numbers, write_dataset
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
@@ -276,15 +276,15 @@ def write_run(
 
 def _write_netcdf(run: Run, path: Path) -> None:
     variables = {
-        label: Variable(
+        label: NetcdfVariable(
             ("time",) if a.ndim == 1 else ("time", f"point_{a.shape[1]}"), a, {"units": run.units[label]}
         )
         for label, a in run.values.items()
     }
-    coordinates = {"time": Variable(("time",), run.time, {"units": "s"})}
+    coordinates = {"time": NetcdfVariable(("time",), run.time, {"units": "s"})}
     for width in sorted({a.shape[1] for a in run.values.values() if a.ndim == 2}):
         points = f"point_{width}"
-        coordinates[points] = Variable((points,), np.arange(1, width + 1), {})
+        coordinates[points] = NetcdfVariable((points,), np.arange(1, width + 1), {})
     about = {"name": run.name, "synthetic": int(run.synthetic), "mode": run.manifest["mode"]}
     write_dataset(Dataset(variables, coordinates, about), path)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fmus.runtime.fmu_files import describe
 from fmus.runtime.fmu_variables import Variable
-from fmus.ssp.systems import Component, Connector, Structure, Value
+from fmus.ssp.systems import Connector, SspComponent, Structure, Value
 from fmus.ssp.writing import write_ssp
 from friction_models.common import InputError
 from friction_models.loads import MU
@@ -124,7 +124,7 @@ def _copy(wiring: Wiring, name: str, variable: Variable) -> str:
     return f"{name}_{(variable.point or variable.element) + 1}"
 
 
-def _components(wiring: Wiring, name: str) -> list[Component]:
+def _components(wiring: Wiring, name: str) -> list[SspComponent]:
     description = wiring.descriptions[name]
     used: dict[str, dict[str, Connector]] = {copy: {} for copy in _copies(wiring, name)}
 
@@ -159,6 +159,6 @@ def _components(wiring: Wiring, name: str) -> list[Component]:
             kind = "input" if variable.causality == "input" else "parameter"
             connectors.setdefault(variable.own, Connector(variable.own, kind, variable.type, variable.unit))
     return [
-        Component(copy, f"resources/{name}.fmu", list(connectors.values()), dict(start))
+        SspComponent(copy, f"resources/{name}.fmu", list(connectors.values()), dict(start))
         for copy, connectors in used.items()
     ]

@@ -20,7 +20,7 @@ from friction_models.common.imports.drawn import Drawn
 from friction_models.loads import LOAD_NAMES, FloatArray
 from friction_models.loads.contract import with_unit
 
-from .contact_history import ContactHistory
+from .contact_states import ContactStates
 
 #: How far beyond the tested points a state still counts as tested, in tested ranges.
 TOLERANCE = 0.02
@@ -147,7 +147,7 @@ class Coverage(Drawn):
     ...                        "sigma_n": [500.0, 900.0], "sd": [0.0, 50.0], "psi": [1.0, 10.0]})
     >>> nan = float("nan")
     >>> loads = np.array([[nan, 60.0, nan, nan, nan], [nan, 300.0, nan, nan, nan]])
-    >>> history = ContactHistory(loads, np.array([0.75, 0.25]), np.array([0.5, 0.5]), "a made-up process")
+    >>> history = ContactStates(loads, np.array([0.75, 0.25]), np.array([0.5, 0.5]), "a made-up process")
     >>> found = coverage(points, history)
     >>> print(found.sentence)
     25 % of the contact area and 50 % of the friction work lie outside the tested loads, most of it by T.
@@ -155,7 +155,7 @@ class Coverage(Drawn):
     (('T',), 0.25, 0.5)
     """
 
-    history: ContactHistory
+    history: ContactStates
     tested: FloatArray  # tested points, thinned, shape (n, 5)
     loads: list[Share]  # one for each load that the history holds
     pairs: list[Share]  # one for each pair of them, counted only where both lie inside by themselves
@@ -231,7 +231,7 @@ class Coverage(Drawn):
         return "\n".join(lines) + "\n"
 
 
-def coverage(points: pd.DataFrame, history: ContactHistory, synthetic: bool = False) -> Coverage:
+def coverage(points: pd.DataFrame, history: ContactStates, synthetic: bool = False) -> Coverage:
     """Compare the loads of a process with tested points, which may be `synthetic`."""
     tested = tested_points(points)
     regions = regions_of(tested, history.present)
@@ -287,7 +287,7 @@ def natural_columns(loads: FloatArray, names: tuple[str, ...]) -> FloatArray:
 
 
 def _share(
-    history: ContactHistory, names: tuple[str, ...], where: npt.NDArray[np.bool_], tested: FloatArray
+    history: ContactStates, names: tuple[str, ...], where: npt.NDArray[np.bool_], tested: FloatArray
 ) -> Share:
     spans = []
     for table in (tested, history.loads):

@@ -10,11 +10,11 @@ import numpy.typing as npt
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
 from friction_models.models.domain import Domain
 
-from ..comparison.level_runs import Level
+from ..comparison.level_runs import FormingLevel
 from ..cosim.run_folders import Run
 
 
-def reference_areas(level: Level) -> FloatArray:
+def reference_areas(level: FormingLevel) -> FloatArray:
     """Return the area that every marker stands for on the undeformed billet [mm2], in the order of the run.
 
     It reaches half way to the neighbouring markers, or to a corner of the billet, and all around the axis (2 pi r ds).

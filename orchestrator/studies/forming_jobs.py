@@ -14,7 +14,7 @@ from friction_models.common import InputError, unknown_name
 from ..comparison.level_runs import (
     RUN,
     SECONDS_A_MM,
-    Level,
+    FormingLevel,
     StartValues,
     friction_file,
     level_inputs,
@@ -41,7 +41,7 @@ SPEED, T_TOOL = 50.0, 50.0
 
 def coupled_job(
     name: str,
-    level: Level,
+    level: FormingLevel,
     friction: str,
     mode: str = "gauss_seidel",
     step: float = 0.1,
@@ -140,7 +140,9 @@ def synthetic(results: Mapping[str, JobResult]) -> bool:
     return any(bool(result.values.get("synthetic")) for result in results.values())
 
 
-def chosen_level(process: str, stroke: float | None, step: float, speed: float, T_tool: float) -> Level:
+def chosen_level(
+    process: str, stroke: float | None, step: float, speed: float, T_tool: float
+) -> FormingLevel:
     """Return a level with the stroke wanted (or usual) as far as the process allows, in whole steps [mm].
 
     Examples
@@ -153,5 +155,5 @@ def chosen_level(process: str, stroke: float | None, step: float, speed: float, 
     wanted = STROKE if stroke is None else stroke
     if not wanted >= step:
         raise InputError(f"stroke = {wanted:g} mm, allowed: at least one communication step of {step:g} mm")
-    far = Level(process, T_tool, speed, 0.0).farthest(step)
-    return Level(process, T_tool, speed, min(math.floor(wanted / step + 1e-6) * step, far))
+    far = FormingLevel(process, T_tool, speed, 0.0).farthest(step)
+    return FormingLevel(process, T_tool, speed, min(math.floor(wanted / step + 1e-6) * step, far))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from friction_models.common import InputError, unknown_name
 
-from ..comparison.level_runs import Level
+from ..comparison.level_runs import FormingLevel
 from ..force_curves.forces import ForceCurve, read_press_curve
 from ..jobs.graph import Job, JobResult
 from ..jobs.job import Files, Inputs, Needs
@@ -26,7 +26,7 @@ class StudyLevel:
     """A press level of a study."""
 
     lubricant: str
-    level: Level
+    level: FormingLevel
     file: Path | None = None  # of one's own curves
     synthetic: bool = False  # whether a virtual press made the curves, now or before
 
@@ -61,7 +61,7 @@ def virtual_levels(
     for lubricant in lubricants:
         for process, stroke in strokes.items():
             for T_tool, speed in conditions:
-                level = Level(process, T_tool, speed, stroke, parameters)
+                level = FormingLevel(process, T_tool, speed, stroke, parameters)
                 levels.append(StudyLevel(lubricant, level, synthetic=True))
                 inputs = {
                     "lubricant": lubricant,
@@ -145,7 +145,7 @@ def own_levels(
             lubricant = named or each.lubricant
             if lubricant not in lubricants:
                 raise unknown_name("lubricant", lubricant, lubricants, f"--press {folder}: none of --data")
-            level = Level.of(each, press.info, strokes[each.process], STEP)
+            level = FormingLevel.of(each, press.info, strokes[each.process], STEP)
             file = Path(folder) / each.file
             item = StudyLevel(lubricant, level, file, each.synthetic)
             if any(other.job == item.job for other in levels):

@@ -15,7 +15,7 @@ from friction_models.common import InputError, atomic_path
 from friction_models.common.cached_results import cache_folder, code_digest, fingerprint, is_kept, keep
 from friction_models.common.processes.pool import map_unordered
 
-from .contact.specimen_run import SpecimenRun, Upsetting, upset_specimen
+from .contact.specimen_run import SpecimenCase, SpecimenRun, upset_specimen
 from .plans import SIGMA_LEVELS
 from .rig.specimen import DIAMETER, HEIGHT, STEPS, TABLE_MU, TEMPERATURES, Rig, SpecimenTable
 
@@ -47,7 +47,7 @@ def specimen_tables(
             size = DIAMETER + change.get("diameter", 0.0), HEIGHT + change.get("height", 0.0)
             punch = PunchGeometry(*size, bore_diameter=bore, tip_diameter=tip or None)
             mu = TABLE_MU + change.get("mu", 0.0)
-            case = Upsetting(punch, force, rig.mesh_size, rig.material, mu, T, T, rig.ram_speed)
+            case = SpecimenCase(punch, force, rig.mesh_size, rig.material, mu, T, T, rig.ram_speed)
             items.append((case, cache))
     known = {index: kept_run(*item) for index, item in enumerate(items)}
     runs = {index: run for index, run in known.items() if run is not None}
@@ -63,7 +63,7 @@ def specimen_tables(
     return tables
 
 
-def kept_run(case: Upsetting, cache: str | None) -> SpecimenRun | None:
+def kept_run(case: SpecimenCase, cache: str | None) -> SpecimenRun | None:
     """Return an upsetting run from the cache; None: it is not known."""
     with contextlib.suppress(OSError):
         file, key = _place(case, cache)
@@ -73,7 +73,7 @@ def kept_run(case: Upsetting, cache: str | None) -> SpecimenRun | None:
     return None
 
 
-def compute_run(case: Upsetting, cache: str | None) -> SpecimenRun:
+def compute_run(case: SpecimenCase, cache: str | None) -> SpecimenRun:
     """Return what `kept_run` does, computed and kept where it is not known."""
     known = kept_run(case, cache)
     if known is not None:
@@ -87,7 +87,7 @@ def compute_run(case: Upsetting, cache: str | None) -> SpecimenRun:
     return run
 
 
-def _place(case: Upsetting, cache: str | None) -> tuple[Path, str]:
+def _place(case: SpecimenCase, cache: str | None) -> tuple[Path, str]:
     """Return the file that keeps a run, and the hash of all that decides it."""
     key = fingerprint(case, solver_fingerprint())
     return (Path(cache) if cache else cache_folder()) / f"upsetting-{key[:24]}.npz", key

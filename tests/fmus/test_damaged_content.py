@@ -10,7 +10,7 @@ import pytest
 from onnx import numpy_helper
 
 from fmus import pack
-from fmus.ssp.systems import Component, Structure
+from fmus.ssp.systems import SspComponent, Structure
 from fmus.ssp.writing import write_ssp
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
@@ -51,6 +51,6 @@ def test_a_damaged_fmu_is_not_put_into_an_ssp(tmp_path: Path) -> None:
     # The last member's content lies before the table of contents.
     content[content.index(b"PK\x01\x02") - 40] ^= 0xFF
     fmu.write_bytes(bytes(content))
-    structure = Structure("one", [Component("friction", "resources/friction.fmu", [], {})], [])
+    structure = Structure("one", [SspComponent("friction", "resources/friction.fmu", [], {})], [])
     with pytest.raises(InputError, match=r"friction\.fmu: .*cannot be unpacked"):
         write_ssp(tmp_path / "one.ssp", structure, {"resources/friction.fmu": fmu})

@@ -11,18 +11,18 @@ import pytest
 import xarray
 
 from friction_models.common import InputError
-from friction_models.common.netcdf_files import Dataset, Variable, read_numbers, write_dataset
+from friction_models.common.netcdf_files import Dataset, NetcdfVariable, read_numbers, write_dataset
 
 UNIT = {"units": "1"}
 RUN = Dataset(
     {
-        "friction.mu": Variable(("time", "point_2"), np.array([[0.08, np.nan], [1e-300, -0.0]]), UNIT),
-        "forming.active": Variable(("time",), np.array([0, 1], dtype=np.int8), UNIT),
+        "friction.mu": NetcdfVariable(("time", "point_2"), np.array([[0.08, np.nan], [1e-300, -0.0]]), UNIT),
+        "forming.active": NetcdfVariable(("time",), np.array([0, 1], dtype=np.int8), UNIT),
     },
     {
-        "time": Variable(("time",), np.array([0.0, 0.1]), {"units": "s"}),
-        "point_2": Variable(("point_2",), np.array([1, 2]), {}),
-        "stroke": Variable(("time",), np.array([0.0, 5.0]), {"units": "mm"}),
+        "time": NetcdfVariable(("time",), np.array([0.0, 0.1]), {"units": "s"}),
+        "point_2": NetcdfVariable(("point_2",), np.array([1, 2]), {}),
+        "stroke": NetcdfVariable(("time",), np.array([0.0, 5.0]), {"units": "mm"}),
     },
     {"name": "fre µ", "synthetic": 1, "mesh_size": 0.25},
 )

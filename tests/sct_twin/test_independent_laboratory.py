@@ -18,7 +18,7 @@ from sct_twin.twin.heat import contact_temperature
 from sct_twin.twin.heat.thermal_settings import ThermalSettings
 from sct_twin.twin.upsetting import ContactState, UpsettingCase, UpsettingHeat, UpsettingRun, robust_upset
 from sct_twin.virtual_lab.contact.contact_state import LabContact, contact_under
-from sct_twin.virtual_lab.contact.specimen_run import FRACTION, Upsetting, upset_specimen
+from sct_twin.virtual_lab.contact.specimen_run import FRACTION, SpecimenCase, upset_specimen
 from sct_twin.virtual_lab.heat.bodies import HeatBody, LabHeat
 
 STEEL = PowerLaw(K=700.0, n=0.15, prestrain=0.005)
@@ -39,7 +39,7 @@ class Specimen(NamedTuple):
 
 def specimen(punch: PunchGeometry, mu: float) -> Specimen:
     highest = 1.15 * FORCE
-    run = upset_specimen(Upsetting(punch, highest, MESH, STEEL, mu, 20.0, 20.0, 10.0))
+    run = upset_specimen(SpecimenCase(punch, highest, MESH, STEEL, mu, 20.0, 20.0, 10.0))
     seconds = (punch.specimen_height - float(np.interp(FORCE, run.force, run.height))) / 10.0
     rise = float(np.interp(FORCE, run.force, run.rise))
     case = UpsettingCase(punch, highest, MESH, STEEL, mu, 20.0, 20.0)

@@ -12,14 +12,14 @@ import pytest
 
 from forming.tools.punch_geometry import PunchGeometry
 from sct_twin.virtual_lab import specimen_runs
-from sct_twin.virtual_lab.contact.specimen_run import SpecimenRun, Upsetting
+from sct_twin.virtual_lab.contact.specimen_run import SpecimenCase, SpecimenRun
 from sct_twin.virtual_lab.rig.specimen import Rig
 
 PUNCH = PunchGeometry(15.0, 15.0, bore_diameter=20.0)
 
 
 def run(cache: Path | None, force: float = 2e4) -> SpecimenRun:
-    case = Upsetting(PUNCH, force, 3.0, Rig().material, 0.07, 20.0, 20.0, 10.0)
+    case = SpecimenCase(PUNCH, force, 3.0, Rig().material, 0.07, 20.0, 20.0, 10.0)
     return specimen_runs.compute_run(case, cache and str(cache))
 
 
@@ -29,7 +29,7 @@ def computed(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     forces: list[float] = []
     real: Callable[..., Any] = specimen_runs.upset_specimen
 
-    def noted(case: Upsetting) -> Any:
+    def noted(case: SpecimenCase) -> Any:
         forces.append(case.force)
         return real(case)
 

@@ -20,7 +20,7 @@ from ..project import history
 from ..project.history import Story
 from ..project.project import changed
 from ..serving import has_page, page_address
-from ..work.job import DONE, FAILED, Job
+from ..work.command_run import DONE, FAILED, CommandRun
 from .elements import (
     action,
     choice,
@@ -180,7 +180,7 @@ def _last(checked: tuple[str, str], written: str) -> str:
     return f"{said}, {when} UTC" + ("; the file is newer than that" if written > when else "")
 
 
-def _checked(view: View, path: str, job: Job) -> None:
+def _checked(view: View, path: str, job: CommandRun) -> None:
     """Show what the check said."""
     failed = [x for x in job.lines if x.strip().startswith("failed")]
     if job.state == DONE:

@@ -173,14 +173,14 @@ def _curves(view: View) -> dict[str, _Curve]:
     """Return the levels of all folders of press curves by the path of their file; a folder that cannot be read is left out."""
     from forming.press import PressCurves
 
-    from ...comparison.level_runs import Level
+    from ...comparison.level_runs import FormingLevel
     from ...cosim.ready_made import STEP, STROKE
 
     found: dict[str, _Curve] = {}
     for folder in view.project.press_folders():
         try:
             press = PressCurves.read(folder)
-            levels = [(p, Level.of(p, press.info, STROKE, STEP)) for p in press.levels]
+            levels = [(p, FormingLevel.of(p, press.info, STROKE, STEP)) for p in press.levels]
         except InputError:
             continue
         for recorded, level in levels:

@@ -17,7 +17,7 @@ from friction_models.common.markup import escape
 
 from ..commands import Command
 from ..project import HISTORY, Project, history
-from ..work.job import CANCELLED, FAILED, RUNNING, Job
+from ..work.command_run import CANCELLED, FAILED, RUNNING, CommandRun
 from ..work.worker import Worker
 from .elements import BARE, button, empty, gone, heading, say
 from .view import View
@@ -177,7 +177,7 @@ class Strip:
         elif self.time is not None and current:
             self.time.set_text(_time(current[0]))
 
-    def _current(self, current: list[Job]) -> None:
+    def _current(self, current: list[CommandRun]) -> None:
         job = current[0]
         with ui.element("div").classes("job"):
             ui.html(f"<strong>{escape(job.command.title)}</strong>", sanitize=False, tag="span")
@@ -193,7 +193,7 @@ class Strip:
             bar.props("indeterminate")
         ui.label(job.saying or job.command.line).classes("soft saying")
 
-    def _failed(self, job: Job) -> None:
+    def _failed(self, job: CommandRun) -> None:
         with ui.element("div").classes("job"):
             said = "was cancelled; nothing half-written is left" if job.state == CANCELLED else job.problem()
             ui.html(
@@ -214,12 +214,12 @@ class Strip:
         self.worker.start(command)
         self.show()
 
-    def _dismiss(self, job: Job) -> None:
+    def _dismiss(self, job: CommandRun) -> None:
         self.dismissed = job.number
         self.show()
 
 
-def _time(job: Job) -> str:
+def _time(job: CommandRun) -> str:
     if job.state != RUNNING:
         return "waiting"
     left, before = job.left(), job.before

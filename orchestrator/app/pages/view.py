@@ -16,7 +16,7 @@ from ..commands import Command, short
 from ..commands.models import FAMILIES
 from ..project import HISTORY, Project, history
 from ..project.history import Round, Story
-from ..work.job import Job
+from ..work.command_run import CommandRun
 from ..work.worker import Worker
 
 #: The model with which the loop begins where none is chosen.
@@ -84,7 +84,7 @@ class View:
         chosen = Story.of(self.lines()).data
         return "" if not chosen or chosen in self.data_sets() else shown(chosen, 100)
 
-    def run(self, command: Command) -> Job:
+    def run(self, command: Command) -> CommandRun:
         """Start a command."""
         if not any(line["event"] == history.CHOSEN for line in self.lines()):
             story = self.story()

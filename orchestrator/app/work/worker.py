@@ -24,7 +24,7 @@ from friction_models.common.replaced_outputs import KEEP
 from ..commands import Command, command_of
 from ..project import HISTORY, WORK, Project, history
 from .attached import GRACE
-from .job import CANCELLED, DONE, FAILED, RUNNING, WAITING, Job
+from .command_run import CANCELLED, DONE, FAILED, RUNNING, WAITING, CommandRun
 
 #: Environment variable of the command line: how often it says how far it is [s].
 PROGRESS_EVERY = "TRIBOFMU_PROGRESS_EVERY"
@@ -42,7 +42,7 @@ class Worker:
 
     def __init__(self, project: Project) -> None:
         self.project = project
-        self.jobs: list[Job] = []
+        self.jobs: list[CommandRun] = []
         self._numbers = itertools.count(1 + _last_number(project))
         #: What was at work when the workbench ended the last time, and was not begun again.
         self.interrupted = interrupted_commands(project)
@@ -55,14 +55,14 @@ class Worker:
         for thread in self._threads:
             thread.start()
 
-    def start(self, command: Command) -> Job:
+    def start(self, command: Command) -> CommandRun:
         """Put a command in the queue; the same one that waits or runs is not started twice."""
         with self._wake:
             for job in self.jobs:
                 if job.command.arguments == command.arguments and not job.ended:
                     return job
             self.interrupted = [c for c in self.interrupted if c.arguments != command.arguments]
-            job = Job(next(self._numbers), command)
+            job = CommandRun(next(self._numbers), command)
             waiting, ended = ([j for j in self.jobs if j.ended == is_ended] for is_ended in (False, True))
             self.jobs = [*waiting[-20:], *ended[-20:], job]
             self._wake.notify_all()
@@ -74,16 +74,16 @@ class Worker:
             self.interrupted = [c for c in self.interrupted if c.arguments != command.arguments]
         history.add(self.project.root / HISTORY, history.LEFT, command=command.line)
 
-    def current(self) -> list[Job]:
+    def current(self) -> list[CommandRun]:
         """Return what runs or waits, in this order."""
         return sorted((j for j in self.jobs if not j.ended), key=lambda j: j.number)
 
-    def last(self, arguments: tuple[str, ...]) -> Job | None:
+    def last(self, arguments: tuple[str, ...]) -> CommandRun | None:
         """Return the last job of a command line."""
         same = [j for j in self.jobs if j.command.arguments == arguments]
         return max(same, key=lambda j: j.number, default=None)
 
-    def cancel(self, job: Job) -> None:
+    def cancel(self, job: CommandRun) -> None:
         """End a job; what it had not finished leaves no file."""
         with self._wake:
             running, process = job.state == RUNNING, job.process
@@ -105,7 +105,7 @@ class Worker:
         for thread in self._threads:
             thread.join(GRACE + 2.0)
 
-    def _next(self, quick: bool) -> Job | None:
+    def _next(self, quick: bool) -> CommandRun | None:
         """Return the first job that may begin: none before it that has not ended names files of it."""
         before: list[Command] = []
         for job in self.current():
@@ -134,7 +134,7 @@ class Worker:
                     _end(job.process)
                 self._finish(job, 1, f"tribofmu: error: {error}")
 
-    def _run(self, job: Job) -> None:
+    def _run(self, job: CommandRun) -> None:
         file = self.project.root / HISTORY
         job.before = last_seconds(history.read(file), job.command.line)
         history.add(
@@ -183,7 +183,7 @@ class Worker:
             start_new_session=True,
         )
 
-    def _listen(self, job: Job, said: IO[bytes], kept: IO[bytes]) -> None:
+    def _listen(self, job: CommandRun, said: IO[bytes], kept: IO[bytes]) -> None:
         written = _keep(kept, f"$ {job.command.line}\n".encode())
         # A line without end is cut: what a command says of foreign files may be of any length.
         while raw := said.readline(100_000):
@@ -200,7 +200,7 @@ class Worker:
             elif line.strip():
                 job.saying = line.strip()
 
-    def _finish(self, job: Job, code: int, said: str = "") -> None:
+    def _finish(self, job: CommandRun, code: int, said: str = "") -> None:
         if said:
             job.lines.append(shown(said))
         seconds = time.monotonic() - job.began

@@ -49,7 +49,7 @@ def coverage(
 ) -> None:
     """Say where a forming process leaves the tested loads, and which further tests would cover it."""
     from ...cosim.run_folders import Run
-    from ...coverage.contact_history import ContactHistory
+    from ...coverage.contact_states import ContactStates
     from ...coverage.proposals import Rig, propose_tests
     from ...coverage.tested_loads import coverage as compare
     from ...prediction.plan_file import write_plan
@@ -62,9 +62,7 @@ def coverage(
     pairs = [split_pair("--column ", text, "sigma_n=NAME or sigma_n='NAME [unit]'") for text in column or []]
     columns = {name.strip(): rest.strip() for name, rest in pairs}
     states = (
-        ContactHistory.of_run(Run.load(run))
-        if run is not None
-        else ContactHistory.read(history or "", columns)
+        ContactStates.of_run(Run.load(run)) if run is not None else ContactStates.read(history or "", columns)
     )
     dataset = read_data(data, tests, every_load=True, need_mu=False)
     found = compare(dataset.points, states, dataset.synthetic)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypedDict
 
-from ...comparison.level_runs import Level
+from ...comparison.level_runs import FormingLevel
 from ...jobs.graph import Job
 from ..forming_jobs import CoupledPlan, CoupledStudy, chosen_level, coupled_job
 from ..measurements import QUICK_PLAN, data_name
@@ -49,7 +49,7 @@ class ExtrapolationPlan(CoupledPlan):
         """Return the quick size: two models, one level, short strokes."""
         return cls(("linear", "polynomial"), stroke=3.0, tests=QUICK_PLAN, conditions=((20.0, 50.0),))
 
-    def levels(self) -> list[Level]:
+    def levels(self) -> list[FormingLevel]:
         """Return the press levels, process by process."""
         return [
             chosen_level(process, self.stroke, STEP, speed, T_tool)
@@ -107,6 +107,6 @@ def data_of(plan: ExtrapolationPlan, kind: DataKind) -> str:
     return data_name(plan.lubricant) + ("-reduced" if kind == "reduced" else "")
 
 
-def run_name(level: Level, family: str, kind: DataKind, rule: Rule) -> str:
+def run_name(level: FormingLevel, family: str, kind: DataKind, rule: Rule) -> str:
     """Return the name of the job of a run."""
     return f"{level.name}-{family}-{kind}-{rule}"

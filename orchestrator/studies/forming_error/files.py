@@ -8,7 +8,7 @@ from pathlib import Path
 
 from friction_models.common import write_json, write_text
 
-from ...comparison.level_runs import Level
+from ...comparison.level_runs import FormingLevel
 from ...jobs.graph import JobResult
 from ..press_levels import StudyLevel
 from ..saved import SavedStudy
@@ -37,7 +37,7 @@ def read_study(saved: SavedStudy) -> tuple[FormingErrorStudy, dict[str, JobResul
         named = _LEVEL.fullmatch(str(found["level"]))
         if named is None:
             raise ValueError(f"level {found['level']!r:.60}")
-        level = Level(named[1], float(named[3]), float(named[2]), float(found["stroke_mm"]))
+        level = FormingLevel(named[1], float(named[3]), float(named[2]), float(found["stroke_mm"]))
         item = StudyLevel(str(found["lubricant"]), level, synthetic=virtual)
         if item.job in results:
             item = replace(item, synthetic=virtual or bool(results[item.job].values["synthetic"]))

@@ -9,7 +9,7 @@ from typing import Literal, TypedDict
 
 from friction_models.common import InputError
 
-from ...comparison.level_runs import Level
+from ...comparison.level_runs import FormingLevel
 from ..forming_jobs import SPEED, T_TOOL, CoupledPlan, CoupledStudy, chosen_level, coupled_job
 from ..measurements import QUICK_PLAN, data_name
 from ..models import model_job
@@ -68,7 +68,7 @@ class LagPlan(CoupledPlan):
         """Return the quick size: one model, a short rod."""
         return cls(("polynomial",), ("fre",), 4.0, tests=QUICK_PLAN, steps=(0.1, 0.4, 0.8))
 
-    def level(self, process: str) -> Level:
+    def level(self, process: str) -> FormingLevel:
         """Return the press level of a process."""
         return chosen_level(process, self.stroke, max(self.steps), self.speed, self.T_tool)
 

@@ -35,7 +35,7 @@ TRAVEL, FORCE_STEP = 0.18, 1.0 / 30.0
 
 
 @dataclass(frozen=True)
-class Upsetting:
+class SpecimenCase:
     """What a run depends on: specimen and punch, highest force [N], elements [mm], material, friction, temperatures
     [degC] and punch speed [mm/s]."""
 
@@ -64,7 +64,7 @@ class SpecimenRun:
     pressure: FloatArray
 
 
-def upset_specimen(case: Upsetting) -> SpecimenRun:
+def upset_specimen(case: SpecimenCase) -> SpecimenRun:
     """Upset a specimen until the force is reached. Raises InputError: it cannot carry the force."""
     message = ""
     largest = case.punch.specimen_diameter / 8.0
@@ -81,7 +81,7 @@ def upset_specimen(case: Upsetting) -> SpecimenRun:
 class _Run:
     """One attempt with elements of one size."""
 
-    def __init__(self, case: Upsetting, mesh_size: float) -> None:
+    def __init__(self, case: SpecimenCase, mesh_size: float) -> None:
         self.case = case
         punch, height = case.punch, case.punch.specimen_height
         self._fine = 0.4 * mesh_size

@@ -30,7 +30,7 @@ from forming.press import PressCurves, PressLevel
 from orchestrator.app import commands
 from orchestrator.app.commands import Command
 from orchestrator.app.project import HISTORY, Project, history
-from orchestrator.app.work.job import DONE, Job
+from orchestrator.app.work.command_run import DONE, CommandRun
 from orchestrator.app.work.worker import Worker
 from orchestrator.cli.app import app
 from orchestrator.cli.main import run
@@ -60,7 +60,7 @@ for line in sys.stdin.read().splitlines():
 class AtOnce(seen.Idle):
     """A worker that does at once what is asked, and writes the history as the other does."""
 
-    def start(self, command: Command) -> Job:
+    def start(self, command: Command) -> CommandRun:
         """Run a command in this process."""
         job = super().start(command)
         with contextlib.redirect_stdout(io.StringIO()) as said:

@@ -17,7 +17,7 @@ import pytest
 from friction_models.common.processes.child_processes import python_command
 from orchestrator.app.commands import Command
 from orchestrator.app.project import HISTORY, WORK, Project, history
-from orchestrator.app.work.job import CANCELLED, DONE, FAILED, RUNNING, Job
+from orchestrator.app.work.command_run import CANCELLED, DONE, FAILED, RUNNING, CommandRun
 from orchestrator.app.work.worker import Worker, interrupted_commands, shown_line
 
 
@@ -38,7 +38,7 @@ def wait(what: Callable[[], bool]) -> None:
     raise AssertionError("it never came")
 
 
-def ended(worker: Worker, *arguments: str) -> Job:
+def ended(worker: Worker, *arguments: str) -> CommandRun:
     job = worker.start(Command("a command", arguments))
     wait(lambda: job.ended)
     return job
@@ -99,7 +99,7 @@ def test_what_commands_say_is_shown_without_control_characters() -> None:
 
 def test_what_a_command_says_of_its_progress(example: Project) -> None:
     made = Worker.__new__(Worker)
-    job = Job(1, Command("Twin", ("twin",)), RUNNING, began=time.monotonic() - 10.0)
+    job = CommandRun(1, Command("Twin", ("twin",)), RUNNING, began=time.monotonic() - 10.0)
     made._listen(job, io.BytesIO(b"twin: 20/80 twin of test sct020\nnote: 3 of 4\n"), io.BytesIO())
     assert job.progress == 0.25
     assert job.saying == "note: 3 of 4"
@@ -132,7 +132,7 @@ def guesses(marks: list[tuple[float, float]], end: float, title: str = "x") -> l
     told = iter([*marks, (end, 1.0)])
     at, share = next(told)
     with pytest.MonkeyPatch.context() as patch:
-        job = Job(1, Command("", ()), RUNNING, began=0.0)
+        job = CommandRun(1, Command("", ()), RUNNING, began=0.0)
         for tick in range(int(2.0 * end)):
             now = tick / 2.0
             patch.setattr(time, "monotonic", lambda now=now: now)
@@ -160,7 +160,7 @@ def test_a_guess_of_the_time_left_is_right_by_a_factor_of_two_or_not_shown(
 
 def test_a_command_of_several_parts_is_not_guessed_at(example: Project) -> None:
     made = Worker.__new__(Worker)
-    job = Job(1, Command("x", ("x",)), RUNNING, began=time.monotonic() - 60.0)
+    job = CommandRun(1, Command("x", ("x",)), RUNNING, began=time.monotonic() - 60.0)
     for k in range(20):
         made._listen(job, io.BytesIO(f"records: {k}/40\n".encode()), io.BytesIO())
         job.began -= 2.0

@@ -12,7 +12,7 @@ import pytest
 from friction_models.common import InputError
 from orchestrator.cli.commands import covering
 from orchestrator.cosim.run_folders import Run
-from orchestrator.coverage.contact_history import ContactHistory
+from orchestrator.coverage.contact_states import ContactStates
 from orchestrator.coverage.proposals import Rig, propose_tests
 from orchestrator.coverage.tested_loads import Coverage, coverage
 from orchestrator.report.pages.coverage import coverage_page
@@ -40,11 +40,11 @@ def campaign() -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.concat(points, ignore_index=True), pd.DataFrame(rows)
 
 
-def states(**loads: float) -> ContactHistory:
+def states(**loads: float) -> ContactStates:
     usual = {"v_rel": 60.0, "T": 120.0, "sigma_n": 1200.0, "sd": 10.0, "psi": 1.2}
     row = np.array([[{**usual, **loads}[n] for n in ("v_rel", "T", "sigma_n", "sd", "psi")]])
     one = np.full(4, 0.25)
-    return ContactHistory(np.repeat(row, 4, axis=0), one, one, "made up")
+    return ContactStates(np.repeat(row, 4, axis=0), one, one, "made up")
 
 
 def share(found: Coverage, *names: str) -> float:
@@ -72,7 +72,7 @@ def test_an_untested_pair_of_tested_loads_is_outside() -> None:
 def test_shares_are_weighted_by_area_and_by_work() -> None:
     points, _ = campaign()
     loads = np.vstack([states().loads[:3], states(sigma_n=200.0).loads[:1]])
-    history = ContactHistory(loads, np.array([0.2, 0.2, 0.2, 0.4]), np.array([0.3, 0.3, 0.3, 0.1]), "made up")
+    history = ContactStates(loads, np.array([0.2, 0.2, 0.2, 0.4]), np.array([0.3, 0.3, 0.3, 0.1]), "made up")
     found = coverage(points, history)
     assert found.whole.area == pytest.approx(0.4) and found.whole.work == pytest.approx(0.1)
 
@@ -111,7 +111,7 @@ def test_history_with_foreign_names_units_and_signs(tmp_path: Path) -> None:
         "0,0;1;1,2;-0,05;373,15;2,0\n0,1;1;1,3;0,06;383,15;2,0\n0,0;2;-0,1;0;293,15;1,0\n0,1;2;1,0;0,04;363,15;1,0\n",
         encoding="utf-8",
     )
-    history = ContactHistory.read(
+    history = ContactStates.read(
         file,
         {
             "t": "Zeit",
@@ -150,7 +150,7 @@ def test_bad_histories_are_refused_in_a_sentence(
     file = tmp_path / "bad.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message):
-        ContactHistory.read(file, columns)
+        ContactStates.read(file, columns)
 
 
 def a_run(folder: Path, **more: np.ndarray) -> Run:
@@ -168,11 +168,11 @@ def test_history_of_a_run_counts_touching_markers_by_expansion(tmp_path: Path) -
     run = a_run(tmp_path)
     run.values["press.active"][:, 3] = 0.0
     run.values["press.psi"][:, 0] = 2.4
-    history = ContactHistory.of_run(run)
+    history = ContactStates.of_run(run)
     assert history.synthetic and len(history.loads) == 18
     assert history.area[history.loads[:, 4] == 2.4].sum() == pytest.approx(0.5)
     with pytest.raises(InputError, match="no component recorded"):
-        ContactHistory.of_run(Run(tmp_path, {}, run.time, {"a.force": run.time}, {}))
+        ContactStates.of_run(Run(tmp_path, {}, run.time, {"a.force": run.time}, {}))
 
 
 def test_the_command_writes_text_json_plan_and_page(
@@ -219,6 +219,6 @@ def test_bad_limits_of_the_rig_are_refused(text: str) -> None:
 
 def test_the_page_of_a_run_escapes_its_name(tmp_path: Path) -> None:
     points, _ = campaign()
-    found = coverage(points, ContactHistory.of_run(a_run(tmp_path)))
+    found = coverage(points, ContactStates.of_run(a_run(tmp_path)))
     html = coverage_page(found, "<b>x</b>")
     assert "<b>x</b>" not in html and "synthetic data" in html

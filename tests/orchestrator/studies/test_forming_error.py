@@ -16,7 +16,7 @@ from forming.press import PressCurves, PressLevel
 from friction_models.common import InputError
 from friction_models.loads import DataSet
 from orchestrator.cli.main import run
-from orchestrator.comparison.level_runs import Level
+from orchestrator.comparison.level_runs import FormingLevel
 from orchestrator.jobs.graph import JobResult
 from orchestrator.report.study_pages.forming_error import forming_error_page
 from orchestrator.studies.forming_error.result import FormingErrors, propagated
@@ -310,12 +310,12 @@ def test_a_level_goes_as_far_as_record_and_process_allow() -> None:
     record = PressLevel(
         "bce", 20.0, 5.0, "oil", "x.csv", pd.DataFrame({"stroke": stroke, "force": stroke, "repeat": 1})
     )
-    assert Level.of(record, {}, 20.0, 0.1).stroke == pytest.approx(0.7)
-    assert Level.of(record, {}, 0.3, 0.1).stroke == pytest.approx(0.3)
+    assert FormingLevel.of(record, {}, 20.0, 0.1).stroke == pytest.approx(0.7)
+    assert FormingLevel.of(record, {}, 0.3, 0.1).stroke == pytest.approx(0.3)
     long = PressLevel(
         "bce", 20.0, 5.0, "oil", "x.csv", pd.DataFrame({"stroke": 100 * stroke, "force": stroke, "repeat": 1})
     )
-    assert 10.0 < Level.of(long, {}, 99.0, 0.1).stroke < 30.0
+    assert 10.0 < FormingLevel.of(long, {}, 99.0, 0.1).stroke < 30.0
     for info, words in (
         ({"process": {"mesh_sise": 0.5}}, "did you mean 'mesh_size'"),
         ({"process": ["mesh_size"]}, "allowed: parameters by name"),
@@ -323,5 +323,5 @@ def test_a_level_goes_as_far_as_record_and_process_allow() -> None:
         ({"T_billet_degC": "cold"}, "T_billet"),
     ):
         with pytest.raises(InputError, match=words) as refused:
-            Level.of(record, info, 20.0, 0.1)
+            FormingLevel.of(record, info, 20.0, 0.1)
         assert isinstance(info.get("process"), list) or str(refused.value).startswith("press level x.csv: ")

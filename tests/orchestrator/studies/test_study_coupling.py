@@ -18,7 +18,7 @@ from friction_models.loads import LOAD_NAMES, DataSet, FloatArray
 from friction_models.models.domain import Domain
 from orchestrator import Master, Run, System
 from orchestrator.cli.main import run as command
-from orchestrator.comparison.level_runs import Level
+from orchestrator.comparison.level_runs import FormingLevel
 from orchestrator.jobs.graph import JobResult
 from orchestrator.jobs.job import Inputs
 from orchestrator.report.study_pages.extrapolation import extrapolation_page
@@ -235,7 +235,7 @@ def test_what_is_outside_by_load_and_by_work(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_area_of_a_marker_gives_the_friction_work_of_the_solver() -> None:
-    level = Level("bce", 50.0, 50.0, 0.0)
+    level = FormingLevel("bce", 50.0, 50.0, 0.0)
     areas = reference_areas(level)
     process = BackwardCupExtrusion(**level.numbers)
     mu, steps, step = np.full(process.n_points, 0.08), 20, 0.05

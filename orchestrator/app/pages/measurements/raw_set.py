@@ -26,7 +26,7 @@ from ...project import history, is_name
 from ...raw.files import RAW, RawSet, free_name, map_text, raw_set, read_once, save_map, saved_map
 from ...raw.map_form import MapForm, beyond_limits, looks_like_records
 from ...raw.moving import moved_to
-from ...work.job import DONE, FAILED
+from ...work.command_run import DONE, FAILED
 from ..elements import button, choice, empty, fold, gone, heading, line, refused, say, words
 from ..frame import page_head
 from ..report_sections import picture

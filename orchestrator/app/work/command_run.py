@@ -19,7 +19,7 @@ WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "faile
 
 
 @dataclass
-class Job:
+class CommandRun:
     """A command that waits, runs or has ended."""
 
     number: int

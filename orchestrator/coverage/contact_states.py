@@ -33,7 +33,7 @@ _UNIT_NAMES = {"-": "1", "": "", "mm^2": "mm2", "mm²": "mm2", "cm²": "cm2", "m
 
 
 @dataclass(frozen=True)
-class ContactHistory:
+class ContactStates:
     """Contact states of a forming process, each with how much it counts.
 
     Examples
@@ -45,7 +45,7 @@ class ContactHistory:
     >>> with TemporaryDirectory() as place:
     ...     file = Path(place) / "contact.csv"
     ...     _ = file.write_text(chr(10).join(["v_rel,sigma_n", "10,600", "20,600"]))
-    ...     history = ContactHistory.read(file)
+    ...     history = ContactStates.read(file)
     >>> history.present, history.area, history.work
     (('v_rel', 'sigma_n'), array([0.5, 0.5]), array([0.33333333, 0.66666667]))
     """
@@ -63,7 +63,7 @@ class ContactHistory:
         return tuple(n for n, column in zip(LOAD_NAMES, self.loads.T) if np.isfinite(column).all())
 
     @classmethod
-    def of_run(cls, run: Run) -> ContactHistory:
+    def of_run(cls, run: Run) -> ContactStates:
         """Return the contact states of a co-simulation run.
 
         Markers count alike in the undeformed billet, hence by their surface expansion in the contact.
@@ -94,7 +94,7 @@ class ContactHistory:
         return _history(loads, area, mu[touching], str(run.folder), run.synthetic, notes)
 
     @classmethod
-    def read(cls, path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> ContactHistory:
+    def read(cls, path: str | os.PathLike[str], columns: Mapping[str, str] | None = None) -> ContactStates:
         """Read a contact history that another code exported: one row a contact point and time.
 
         The file is CSV (comma, semicolon or tab; units in the header or in a row below it). `columns` is
@@ -147,7 +147,7 @@ class ContactHistory:
 
 def _history(
     loads: FloatArray, area: FloatArray, mu: FloatArray, source: str, synthetic: bool, notes: list[str]
-) -> ContactHistory:
+) -> ContactStates:
     if not len(loads) or not area.sum() > 0.0:
         raise InputError(
             f"{source}: nothing is in contact; allowed: rows with sigma_n above {TOUCHING:g} MPa"
@@ -161,7 +161,7 @@ def _history(
     if not work.sum() > 0.0:
         work = area
         notes.append("nothing slides: friction work is replaced by contact area")
-    return ContactHistory(loads, area / area.sum(), work / work.sum(), source, synthetic, tuple(notes))
+    return ContactStates(loads, area / area.sum(), work / work.sum(), source, synthetic, tuple(notes))
 
 
 def _converted(name: str, values: pd.Series, unit: str, where: str) -> FloatArray:
