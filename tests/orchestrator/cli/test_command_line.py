@@ -253,6 +253,8 @@ def test_misspelt_names_get_the_nearest(refused: Check, place: Path, tmp_path: P
     assert "did you mean 'native'" in refused(
         "pack", place / "linear", "--target", "nativ", "-o", tmp_path / "f.fmu"
     )
+    said = refused("pack", place / "linear", "--target", "process", "-o", tmp_path / "f.fmu")
+    assert "unknown target 'process'; allowed: abaqus, c, " in said and "did you mean" not in said
     assert "no such model" in refused("evaluate", tmp_path / "gone", "--data", data)
     assert f"did you mean '{place / 'linear'}'" in refused("evaluate", place / "linar", "--data", data)
     assert "did you mean 'process'" in refused(
@@ -306,6 +308,10 @@ def test_a_component_that_fails_is_a_failure_not_bad_input(
     assert "component 'friction' failed" in (tmp_path / "run" / "report.html").read_text().replace(
         "&#x27;", "'"
     )
+    results = tmp_path / "run" / "results.nc"
+    results.write_bytes(results.read_bytes()[:-50])
+    assert run(["report", str(tmp_path / "run")]) == 2
+    assert f"{results}: damaged or cut short (" in capsys.readouterr().err
 
 
 def test_train_honours_uncertain_loads_unless_told_not_to(
