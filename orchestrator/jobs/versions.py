@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterable
-from importlib import metadata
+
+from friction_models.models.model_card import package_version
 
 PACKAGES = ("fmpy", "h5netcdf", "numpy", "onnx", "onnxruntime", "pandas", "pythonfmu", "scipy")
 
@@ -17,11 +18,6 @@ def versions(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
     >>> list(versions(["numpy"]))
     ['python', 'tribofmu', 'numpy']
     """
-    return {"python": platform.python_version()} | {name: _version(name) for name in ("tribofmu", *packages)}
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return "not installed"
+    return {"python": platform.python_version()} | {
+        name: package_version(name) or "not installed" for name in ("tribofmu", *packages)
+    }
