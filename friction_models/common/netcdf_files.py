@@ -116,7 +116,7 @@ def read_numbers(path: Path, needed: Collection[str] = (), most: float = math.in
                 if wrong := _what_is_wrong(variable):
                     raise InputError(f"{path}: variable {name!r} {wrong}")
             if (count := sum(v.size for v in every.values())) > most:
-                raise InputError(f"{path}: {count} numbers; allowed: at most {most:g}")
+                raise InputError(f"{path}: {count} numbers; allowed: at most {most:.0f}")
             return Numbers(
                 {name: np.asarray(v[...], dtype=np.float64) for name, v in every.items()},
                 {name: _text(v.attrs.get("units", "")) for name, v in every.items()},

@@ -78,8 +78,9 @@ def test_memory_follows_the_time_whatever_the_order_of_the_rows(forms, form, poi
     wanted = forms[form].predict_frame(points)
     fresh = forms[form].predict_frame(points.assign(test_id=points.index.astype(str)))
     assert np.abs(wanted - fresh).max() > 0.02  # memory matters here
-    found = forms[form].predict_frame(shuffled)
-    np.testing.assert_allclose(found, in_rows_of(shuffled, points, wanted), rtol=0, atol=1e-12)
+    for mixed in (shuffled, points.iloc[::-1].reset_index(drop=True)):
+        found = forms[form].predict_frame(mixed)
+        np.testing.assert_allclose(found, in_rows_of(mixed, points, wanted), rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("form", FORMS)
