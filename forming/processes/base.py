@@ -16,7 +16,7 @@ from ..results.result import FormingResult
 from ..tools.elasticity import UNITS, ElasticTools
 from .ejection import Ejection, ejection_choice
 from .friction_input import Friction
-from .lag import lag_warnings
+from .lag_warning import lag_warnings
 from .run_log import RunLog
 from .stepwise import StepwiseProcess
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from forming import Upsetting
-from forming.processes.lag import lag_warnings
+from forming.processes.lag_warning import lag_warnings
 
 
 def law(loads, t):

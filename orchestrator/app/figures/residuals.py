@@ -20,7 +20,7 @@ from friction_models.loads.contract import with_unit
 from ...comparison.on_tests import OF
 from ...report.charts.residuals import binned_residual
 from ...report.parts.chart import Chart
-from ...report.parts.theme import PRESS, looks
+from ...report.parts.theme import INK, PRESS, SIGNED, looks
 from ...report.reading import ReadFigure
 from ..project.loaded import kept_while_unchanged
 from .report_charts import as_read
@@ -28,7 +28,6 @@ from .report_charts import as_read
 #: Most bins of each load in a map, most points of a curve, largest file that is read [byte].
 BINS, POINTS, LARGEST = 6, 400, 500_000_000
 #: Residuals from too high a model over none to too low a one.
-_SCALE = [[0.0, "#1d5b94"], [0.5, "#f5f7f9"], [1.0, "#c8641f"]]
 
 
 @dataclass(frozen=True)
@@ -150,8 +149,8 @@ def cell_map(found: Sequence[Cell], first: str, second: str) -> ReadFigure:
     most = float(np.nanmax(np.abs(mean))) or 1e-6
     chart = Chart(legend=False)
     chart.figure.add_heatmap(
-        z=mean, text=said, texttemplate="%{text}", textfont={"size": 11, "color": "#1b2530"}, hoverinfo="text",
-        colorscale=_SCALE, zmin=-1.6 * most, zmax=1.6 * most, xgap=2, ygap=2, showscale=False,
+        z=mean, text=said, texttemplate="%{text}", textfont={"size": 11, "color": INK}, hoverinfo="text",
+        colorscale=SIGNED, zmin=-1.6 * most, zmax=1.6 * most, xgap=2, ygap=2, showscale=False,
     )  # fmt: skip
     # Labels of a cell need this much room: on a phone the map is moved sideways.
     chart.dress(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from graphlib import CycleError, TopologicalSorter
 
 from fmus.runtime.fmu_files import FmuDescription
-from forming.processes.lag import lag_warnings
+from forming.processes.lag_warning import lag_warnings
 
 from .description import SystemDescription
 from .wiring import Wiring

@@ -1,1 +1,1 @@
-"""Charts, one file a subject; colours of all pages stand in `parts/theme.py`, which of them a chart takes at the top of its file."""
+"""Charts, one file a subject; colours that charts share stand in `parts/theme.py`, what a chart takes or has alone at the top of its file."""

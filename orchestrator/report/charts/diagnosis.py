@@ -14,10 +14,9 @@ from friction_models.loads import FloatArray
 from friction_models.loads.contract import with_unit
 
 from ..parts.chart import Chart
-from ..parts.theme import AFTER, BEFORE, COLORS, CONSTANT, INK, SOFT
+from ..parts.theme import AFTER, BEFORE, COLORS, CONSTANT, INK, SIGNED, SOFT
 
 #: From too much friction in the model (blue) over nothing to too little (red); safe for colour-blind readers.
-_DIVERGING = [[0.0, "#2f6da8"], [0.25, "#9fc3df"], [0.5, "#f4f5f6"], [0.75, "#eeb48a"], [1.0, "#b4531a"]]
 _MOST_DOTS = 1500
 
 
@@ -81,7 +80,7 @@ def map_chart(found: LoadMap, parts: Sequence[str]) -> Chart:
     for panel, part in enumerate(parts):
         chart.figure.add_heatmap(
             x=found.x_edges, y=found.y_edges, z=found.mean[part], customdata=found.tests,
-            colorscale=_DIVERGING, zmin=-largest, zmax=largest, zmid=0.0, hoverongaps=False, xgap=1, ygap=1,
+            colorscale=SIGNED, zmin=-largest, zmax=largest, zmid=0.0, hoverongaps=False, xgap=1, ygap=1,
             colorbar={"title": {"text": "measured &#8722; model (mu)", "side": "right"}, "thickness": 12, "len": 1.0,
                       "outlinewidth": 0, "tickformat": "+.3f"},
             showscale=panel == len(parts) - 1, **chart.place(panel),

@@ -13,7 +13,7 @@ from ...studies.forming_error.result import TAU_OVER_K, FormingErrors
 from ...studies.forming_error.rows import RunError
 from ...studies.forming_error.words import PROCESS_TITLES
 from ..parts.chart import Chart
-from ..parts.theme import COLORS, INK, PRESS, PRESS_BAND, SOFT
+from ..parts.theme import COLORS, INK, PRESS, PRESS_BAND, SIGNED, SOFT
 
 UNITS = {"max_force": "kN", "work": "J"}
 #: Constant friction in greys, trained models in colours.
@@ -21,7 +21,6 @@ _CONSTANT_COLOURS = ("#b4bcc5", "#7d8894", "#4d5661")
 #: Points of a drawn curve.
 _DRAWN = 90
 #: From too low (blue) over none (white) to too high (orange).
-_SIGNED = [[0.0, "#3b7fb5"], [0.5, "#ffffff"], [1.0, "#d9772f"]]
 
 
 def colours(errors: FormingErrors) -> dict[str, str]:
@@ -94,7 +93,7 @@ def level_map(errors: FormingErrors, quantity: str) -> Chart:
         chart.figure.add_heatmap(
             x=[_level_name(r) for r in levels], y=laws, z=cells,
             text=[["" if c is None else f"{c:+.1f}".replace("-0.0", "0.0") for c in row] for row in cells], texttemplate="%{text}",
-            textfont={"size": 11}, zmin=-top, zmax=top, colorscale=_SIGNED, showscale=False, xgap=1, ygap=1,
+            textfont={"size": 11}, zmin=-top, zmax=top, colorscale=SIGNED, showscale=False, xgap=1, ygap=1,
             hovertemplate="%{y}, %{x}: %{z:+.1f} %<extra></extra>", **chart.place(panel),
         )  # fmt: skip
     chart.dress(60 + chart.rows * (110 + 27 * len(laws)), margin_t=34)

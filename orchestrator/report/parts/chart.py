@@ -11,7 +11,7 @@ import numpy as np
 from friction_models.common.markup import escape
 from friction_models.loads import FloatArray
 
-from .theme import INK, LINE, SOFT
+from .theme import AXIS, INK, LINE, SOFT
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,11 +21,11 @@ Values: TypeAlias = "Sequence[object] | np.ndarray | pd.Series[Any]"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif'
 _AXIS = {
     "gridcolor": LINE,
-    "zerolinecolor": "#b8c2cc",
+    "zerolinecolor": AXIS,
     "zerolinewidth": 1,
-    "linecolor": "#b8c2cc",
+    "linecolor": AXIS,
     "ticks": "outside",
-    "tickcolor": "#b8c2cc",
+    "tickcolor": AXIS,
     "ticklen": 4,
     "title": {"standoff": 8, "font": {"size": 13}},
     "automargin": True,

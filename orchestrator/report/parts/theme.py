@@ -10,6 +10,10 @@ INK, SOFT, LINE = "#1b2530", "#566474", "#e1e6eb"
 PRESS, PRESS_BAND = "#3d4854", "rgba(61, 72, 84, 0.17)"
 BEFORE, AFTER, OTHER, CONSTANT = "#c8641f", "#0a7f79", "#7d62a8", "#9aa4af"
 BEFORE_BAND, AFTER_BAND = "rgba(200, 100, 31, 0.16)", "rgba(10, 127, 121, 0.16)"
+#: From what is too low over what fits to what is too high.
+SIGNED = [[0.0, "#2f6da8"], [0.25, "#9fc3df"], [0.5, "#f4f5f6"], [0.75, "#eeb48a"], [1.0, "#b4531a"]]
+#: Axes and what is drawn in lines as thin; a rival of what is named.
+AXIS, RIVAL = "#b8c2cc", "#6fb5b1"
 #: Colour and dash of a friction model by its part in a comparison.
 STYLES: dict[str, Look] = {
     "constant": {"color": CONSTANT, "width": 2, "dash": "dash"},

@@ -16,7 +16,7 @@ from friction_models.estimation.search.structure import StructurePlace
 
 from ..charts.diagnosis import budget_chart, ranking_chart
 from ..parts.chart import figure
-from ..parts.theme import AFTER, CONSTANT
+from ..parts.theme import AFTER, CONSTANT, RIVAL
 
 MEANINGS = {
     "explained": "What is named explains nearly all that can be predicted.",
@@ -112,7 +112,7 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
     chart = figure(
         "ranking",
         ranking_chart(
-            [(r["effect"], r["gain"], told(r["effect"], AFTER, "#6fb5b1", CONSTANT)) for r in ranking],
+            [(r["effect"], r["gain"], told(r["effect"], AFTER, RIVAL, CONSTANT)) for r in ranking],
             threshold,
         ),
         "Gain (whitened squares, less 2 for each parameter) of every effect that was tried, with its physical sign enforced, in the order of "
