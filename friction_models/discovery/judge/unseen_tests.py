@@ -227,14 +227,18 @@ class StraightFits:
     campaign: Campaign
     unseen: UnseenTests  #: Gives the folds.
     found: SearchRound  #: Gives the base in the bins.
+    _kept: dict[tuple[tuple[str, int], ...], ErrorsByTest] = field(default_factory=dict, repr=False)
 
     def errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
-        """Return the errors on unseen tests with amplitudes of the other tests."""
-        fold = self.unseen.fold_of_test[self.campaign.test]
-        residual = np.empty(len(self.found.y))
-        for k in np.unique(fold):
-            residual[fold == k] = self.residual(fits, fold != k)[fold == k]
-        return errors_of_tests(self.campaign, residual)
+        """Return the errors on unseen tests with amplitudes of the other tests; once for each list of effects."""
+        key = tuple((f.name, f.index) for f in fits)
+        if key not in self._kept:
+            fold = self.unseen.fold_of_test[self.campaign.test]
+            residual = np.empty(len(self.found.y))
+            for k in np.unique(fold):
+                residual[fold == k] = self.residual(fits, fold != k)[fold == k]
+            self._kept[key] = errors_of_tests(self.campaign, residual)
+        return self._kept[key]
 
     def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
         """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
