@@ -94,6 +94,13 @@ def test_scatter_that_is_hardly_known_does_not_hide_what_every_test_shows_along_
     assert np.mean(found) > 0.75
 
 
+def test_an_effect_that_the_data_could_not_show_is_not_significant() -> None:
+    rng = np.random.default_rng(4)
+    prepared = catalogue(rng, effects=1, sets=1)
+    told = Significance(prepared, in_noise(prepared, KNOWN, rng), np.ones(M), ONE_TEST)
+    assert told.p_value("seen beside another one only", 1e9) == 1.0
+
+
 def test_the_p_value_counts_the_simulated_gains() -> None:
     rng = np.random.default_rng(4)
     prepared = catalogue(rng, effects=1, sets=1)

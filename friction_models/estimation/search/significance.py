@@ -99,7 +99,12 @@ class Significance:
         self._largest = {along: np.max(own, axis=0) for along, own in gains.items()}
 
     def p_value(self, name: str, gain: float) -> float:
-        """Return the share of noise in which any effect of the family gains as much, times the number of families."""
+        """Return the share of noise in which any effect of the family gains as much, times the number of families.
+
+        It is 1 for an effect that these data could not show, as one that has its physical sign beside another one only.
+        """
+        if name not in self._along:
+            return 1.0
         null = self._largest[self._along[name]]
         return min(1.0, len(self._largest) * float((1 + np.sum(null >= gain)) / (1 + null.size)))
 
