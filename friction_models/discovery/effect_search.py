@@ -87,7 +87,7 @@ class EffectSearch:
         while True:
             signal = np.column_stack([found.whiten(f.columns) for f in chosen])
             structure = find_structure(campaign, found, signal, self.seed)
-            misfit = own_misfit(campaign, found, winner, signal)
+            misfit = own_misfit(campaign, found, winner, signal, self.seed)
             part = error_share(structure.rms, found.floor.total)
             evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
             if len(chosen) == MOST_NAMED or (len(chosen) > 1 and not evidence.unexplained):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, multivariate_normal
 
+from friction_models.discovery.judge.verdict import STRUCTURE_LEVEL
 from friction_models.estimation.campaign.binning import Campaign
 from friction_models.estimation.search.form_error import FORM_ERROR, FormErrors, evidence, form_variance
 from friction_models.estimation.search.scan import Fit, Projector, best_fit, prepare_candidate, rank
@@ -73,8 +74,8 @@ def test_a_wrong_form_is_seen_along_the_loads_of_the_effect() -> None:
             forms, fits, campaign, found = _forms(seed, bend)
             best = forms.ranked(fits, found.residual)[0]
             assert best.name == "speed"
-            misfit = own_misfit(campaign, found, best, best.prepared.columns[:, 0])
-            assert (misfit.p_value < 1e-4) is wrong
+            misfit = own_misfit(campaign, found, best, best.prepared.columns[:, 0], seed)
+            assert (misfit.p_value < STRUCTURE_LEVEL) is wrong
             # deviations pay where the form is wrong, and cost where it is right
             assert (best.evidence > best.gain) is wrong
             assert (best.evidence > forms.evidence(_driven_by(best, "T"), found.residual) + 10.0) is wrong
@@ -84,6 +85,6 @@ def test_the_misfit_of_a_right_form_is_what_noise_gives() -> None:
     misfits = []
     for seed in range(25):
         _, fits, campaign, found = _forms(100 + seed, 0.0)
-        misfits.append(own_misfit(campaign, found, fits[0], found.whiten(fits[0].binned[:, None])))
+        misfits.append(own_misfit(campaign, found, fits[0], found.whiten(fits[0].binned[:, None]), seed))
     assert kstest([m.p_value for m in misfits], "uniform").pvalue > 0.05
     assert abs(np.mean([m.excess for m in misfits])) < 2.0

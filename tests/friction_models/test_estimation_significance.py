@@ -78,7 +78,7 @@ def between_and_along(rng: np.random.Generator, alarm: float) -> tuple[float, di
     freedom = Freedom(3.0, 30.0)
     noise = rng.normal(size=len(test))
     shift = np.bincount(test, noise)[test] / BINS
-    scales = [np.sqrt(f / rng.chisquare(f)) for f in freedom]
+    scales = [np.sqrt(f / rng.chisquare(f)) for f in (freedom.between, freedom.along)]
     measured = shift * scales[0] + (noise - shift) * scales[1] + alarm * columns["course0"]
     simulated = simulate(prepared, project, null_noise(ones, ones, test, freedom, rng, REPLICATES))
     told = Significance(prepared, simulated, ones, test)
@@ -99,6 +99,20 @@ def test_an_effect_that_the_data_could_not_show_is_not_significant() -> None:
     prepared = catalogue(rng, effects=1, sets=1)
     told = Significance(prepared, in_noise(prepared, KNOWN, rng), np.ones(M), ONE_TEST)
     assert told.p_value("seen beside another one only", 1e9) == 1.0
+
+
+def test_few_settings_that_tests_share_keep_what_their_tests_have_in_common() -> None:
+    """Sixteen settings of five tests, whose offsets are three times the noise: normal noise of single tests would miss them."""
+    rng = np.random.default_rng(6)
+    setting = np.repeat(np.arange(16), 5)
+    residual = 3.0 * rng.normal(size=16)[setting] + rng.normal(size=80)
+    shared, alone = (
+        null_noise(residual, np.ones(80), setting, Freedom(60.0, 2.0, s), rng, REPLICATES)
+        for s in (True, False)
+    )
+    mean_square = [np.mean([n[setting == k].mean(axis=0) ** 2 for k in range(16)]) for n in (shared, alone)]
+    measured = np.mean([residual[setting == k].mean() ** 2 for k in range(16)])
+    assert mean_square[0] == pytest.approx(measured) and mean_square[1] < 0.1 * measured
 
 
 def test_the_p_value_counts_the_simulated_gains() -> None:

@@ -52,7 +52,7 @@ class Evidence:
     def bent(self) -> bool:
         """Whether the residual bends along the loads of the winner: what is missing has another form."""
         winner, excess = self.winner, self.misfit.excess
-        if winner is None or not self.present or self.misfit.p_value >= 0.001 or excess <= SEEN:
+        if winner is None or not self.present or self.misfit.p_value >= STRUCTURE_LEVEL or excess <= SEEN:
             return False
         memory = winner.effect.needs_state
         return excess / (winner.gain + excess) > (BENT_MEMORY if memory else BENT)

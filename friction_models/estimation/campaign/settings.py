@@ -18,7 +18,7 @@ SAME_TEMPERATURE = 1.5
 #: A contact warms up while its set points stay: within this share of the range of its temperatures it is one setting.
 WARMS = 0.15
 #: With fewer settings, or where fewer tests share one, every test stands for itself: in a random plan some are near by chance.
-LEAST_SETTINGS, LEAST_SHARED = 20, 0.5
+LEAST_SETTINGS, LEAST_SHARED = 16, 0.5
 
 Indexes = npt.NDArray[np.intp]
 

@@ -270,4 +270,5 @@ def _freedom(campaign: Campaign, mean: FloatArray) -> Freedom:
     inside = inside[:, np.linalg.norm(inside, axis=0) > DIFFERS * np.linalg.norm(mean, axis=0)]
     bent = independent_columns(inside, DIFFERS).shape[1] if inside.shape[1] else 0
     along = int(np.minimum(np.bincount(campaign.test) - 1, SLOW).sum()) - bent
-    return Freedom(float(max(between, 2)), float(max(along, 2)))
+    shared = int(campaign.setting.max()) + 1 < len(campaign.tests)
+    return Freedom(float(max(between, 2)), float(max(along, 2)), shared)

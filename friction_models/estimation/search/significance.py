@@ -14,7 +14,7 @@ from .scan import Fit, Prepared, Projector, drops
 Simulated: TypeAlias = dict[str, FloatArray]
 
 REPLICATES = 499
-#: Tests from which on the signs of whole tests are drawn, instead of normal noise.
+#: Tests from which on the signs of whole tests are drawn, instead of normal noise; settings that tests share always draw theirs.
 FLIPPED = 20
 #: Contributions that correlate by more than this count as one.
 TWINS = 0.98
@@ -29,6 +29,8 @@ class Freedom(NamedTuple):
 
     between: float
     along: float
+    #: Whether tests share settings, so that the floor, which knows tests only, is not the noise.
+    shared: bool = False
 
 
 def null_noise(
@@ -38,23 +40,25 @@ def null_noise(
     freedom: Freedom,
     rng: np.random.Generator,
     count: int,
+    fitted: int = 0,
 ) -> FloatArray:
     """Return whitened data in which nothing is missing, shape (m, count); `test` numbers the test of each bin, or its setting.
 
     The residual of every whole test, or setting of several, with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
-    (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. With few tests there
+    (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. A residual is smaller than
+    the noise by the numbers that were `fitted` to it (MacKinnon, White, J. Econometrics 29 (1985) 305). With few tests there
     are too few signs: normal noise then, whose scale varies as that of a floor that was estimated from so little. What a common
     shift of a whole test, `level` (whitened ones), makes of a bin is known from the tests alone; the rest from all that lies along
     them.
     """
     tests = int(test.max()) + 1
-    if tests >= FLIPPED:
+    if tests >= FLIPPED or freedom.shared:
         signs = rng.choice([-1.0, 1.0], (tests, count))
-        return residual[:, None] * signs[test]
+        return residual[:, None] * signs[test] * np.sqrt(tests / max(tests - fitted, 1))
     along = np.empty((len(residual), count))
     along[np.argsort(test, kind="stable")] = rng.standard_normal(along.shape)
     between = _common_to_tests(along, level, test)
-    scales = [np.sqrt(f / rng.chisquare(f, count)) for f in freedom]
+    scales = [np.sqrt(f / rng.chisquare(f, count)) for f in (freedom.between, freedom.along)]
     return np.asarray(between * scales[0] + (along - between) * scales[1])
 
 

@@ -12,7 +12,6 @@ from itertools import combinations
 from typing import TypedDict
 
 import numpy as np
-from scipy.special import chdtrc
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import Campaign
@@ -59,10 +58,10 @@ class Misfit:
     """How far the residual still bends along the loads of the winner."""
 
     excess: float = 0.0  #: Whitened squared signal beyond what noise gives.
-    p_value: float = 1.0  #: Chi-square.
+    p_value: float = 1.0
 
 
-def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray) -> Misfit:
+def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray, seed: int) -> Misfit:
     """Test whether curves along the loads of an effect fit the residual better than noise does.
 
     `signal`, shape (m, k), are whitened columns of all effects found.
@@ -72,8 +71,19 @@ def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatAr
     q = Projector(project(found.whiten(columns))).q if columns.shape[1] else columns
     if not q.shape[1]:
         return Misfit()
-    drop = float(np.sum((q.T @ project(found.residual)) ** 2))
-    return Misfit(drop - q.shape[1], float(chdtrc(q.shape[1], drop)))
+    residual = project(found.residual)
+    drop = float(np.sum((q.T @ residual) ** 2))
+    null = np.sum((q.T @ _noise(campaign, found, residual, seed, project.q.shape[1])) ** 2, axis=0)
+    return Misfit(drop - float(null.mean()), (1 + int(np.sum(null >= drop))) / (1 + REPLICATES))
+
+
+def _noise(
+    campaign: Campaign, found: SearchRound, residual: FloatArray, seed: int, fitted: int = 0
+) -> FloatArray:
+    """Return whitened data in which nothing of a residual is missing, shape (m, replicates); `fitted` numbers were fitted to it."""
+    setting, level = campaign.setting[campaign.test], found.whiten(np.ones(len(found.y)))
+    rng = np.random.default_rng([seed, 77])
+    return null_noise(residual, level, setting, found.freedom, rng, REPLICATES, fitted)
 
 
 def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
@@ -86,10 +96,7 @@ def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, s
     base = np.column_stack([found.whiten(found.columns), signal])
     project = Projector(base)
     residual = project(found.residual)
-    rng = np.random.default_rng([seed, 77])
-    setting, level = campaign.setting[campaign.test], found.whiten(np.ones(len(found.y)))
-    noise = null_noise(residual, level, setting, found.freedom, rng, REPLICATES)
-    data = np.column_stack([residual, project(noise)])
+    data = np.column_stack([residual, project(_noise(campaign, found, residual, seed))])
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():
         q = Projector(project(found.whiten(columns))).q

@@ -9,10 +9,13 @@ import pandas as pd
 
 from friction_models import LinearFriction
 from friction_models.discovery import diagnose
+from friction_models.discovery.effect_search import EffectSearch
 from friction_models.discovery.judge.unseen_tests import UnseenTests
+from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import Campaign, prepare
 from friction_models.estimation.noise.odd_tests import odd_tests
 from friction_models.estimation.search.base_law import base_law
+from friction_models.estimation.search.candidates import evaluate_all, spans_of
 
 READINGS = 6
 
@@ -84,3 +87,23 @@ def test_readings_that_drift_at_their_setting_are_not_odd_and_one_that_jumps_is(
     campaign = prepare(data)
     columns = campaign.average(base_law(LinearFriction(), campaign).columns)
     assert odd_tests(campaign, columns, None) == ["r113"]
+
+
+def test_what_the_readings_of_a_setting_share_does_not_bend_a_law() -> None:
+    """Friction rises exactly as the effect says; 24 settings, and not 144 witnesses, would have to speak against its form."""
+    values = []
+    for seed in range(12):
+        data = readings(seed, of_a_setting=0.002)
+        campaign = prepare(data)
+        law = base_law(LinearFriction(), campaign)
+        mu = np.full(len(campaign.mu), campaign.mu.mean())
+        (candidate,), _ = evaluate_all(
+            [make_effect("thermal_breakdown")], campaign, mu, spans_of(campaign, mu)
+        )
+        form = candidate.columns[:, candidate.columns.shape[1] // 2, 0]
+        campaign.mu = campaign.mu + 0.04 * form / np.ptp(form)
+        evidence, _ = EffectSearch(campaign, law, [candidate], 0, None).weigh(0.0)
+        assert not evidence.bent
+        if evidence.present:
+            values.append(evidence.misfit.p_value)
+    assert len(values) > 6 and np.median(values) > 0.1 and np.mean(np.array(values) < 0.01) < 0.2
