@@ -73,13 +73,23 @@ def constant(effect: Effect, campaign: Campaign) -> list[str]:
 
 
 def within_share(campaign: Campaign, name: str) -> float:
-    """Return the share of the variance of a load that lies within tests."""
-    values = campaign.average(getattr(campaign.loads, name))
+    """Return the share of the variance of a load that lies within tests, beyond the noise of its sensor."""
+    points = getattr(campaign.loads, name)
+    values = campaign.average(points)
     means = campaign.of_tests(values)
     around = values - np.average(values, weights=campaign.count)
     whole = float(campaign.count @ around**2)
-    inside = float(campaign.count @ (values - means[campaign.test]) ** 2)
-    return inside / whole if whole > 0 else 0.0
+    inside = float(campaign.count @ (values - means[campaign.test]) ** 2) - _noise_within(campaign, points)
+    return max(inside, 0.0) / whole if whole > 0 else 0.0
+
+
+def _noise_within(campaign: Campaign, points: FloatArray) -> float:
+    """Return what white noise, known from second differences along each test, adds to the squares within tests."""
+    test, tests = campaign.point_test, len(campaign.tests)
+    along = test[2:] == test[:-2]
+    second = np.bincount(test[2:][along], np.diff(points, 2)[along] ** 2 / 6.0, tests)
+    known = np.maximum(np.bincount(test[2:][along], minlength=tests), 1)
+    return float((np.bincount(campaign.test, minlength=tests) - 1) @ (second / known))
 
 
 def _rested(campaign: Campaign) -> bool:

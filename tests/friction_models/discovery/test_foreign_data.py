@@ -17,7 +17,7 @@ from friction_models.discovery.answer.summaries import unrecorded_factor
 from friction_models.discovery.refinement import history_text
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.search.unseen_loads import constant, other_speed
+from friction_models.estimation.search.unseen_loads import WITHIN, constant, other_speed, within_share
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
 
@@ -239,3 +239,16 @@ def test_offsets_of_which_most_are_the_same_give_no_warning() -> None:
         warnings.simplefilter("error")
         found = unrecorded_factor(campaign, residual)
     assert found is None
+
+
+def test_the_noise_of_its_sensor_does_not_vary_a_speed() -> None:
+    rng = np.random.default_rng(0)
+    rows = []
+    for k, v in enumerate((1.0, 3.0, 10.0, 30.0)):
+        t = np.arange(200) * 0.1
+        speed = v * (1.0 + 0.05 * rng.normal(size=200))
+        rows.append(pd.DataFrame({"test_id": f"t{k}", "t": t, "v_rel": speed, "T": 20.0, "sigma_n": 5.0 + k, "sd": v * t, "psi": 1.0, "mu": 0.1}))  # fmt: skip
+    data = pd.concat(rows, ignore_index=True)
+    assert within_share(prepare(data), "v_rel") < WITHIN
+    stepped = data.assign(v_rel=data["v_rel"] * np.where(data["t"] > 10.0, 1.3, 1.0))
+    assert within_share(prepare(stepped), "v_rel") > 5.0 * WITHIN
