@@ -13,7 +13,7 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import AS_GOOD
 from .error_budget import fall
-from .unseen_tests import ErrorsByTest, StraightFits
+from .unseen_tests import StraightFits
 
 #: An effect must beat what could stand in its place by so many standard errors on unseen tests.
 APART = 1.7
@@ -55,7 +55,7 @@ class Rivals:
         for f in tried:
             instead = [f, *others]
             as_good = missing > 0.0 and (self.straight.errors(instead).rms ** 2 - own.rms**2 < missing)
-            if as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead, own)):
+            if as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead)):
                 found[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
@@ -66,13 +66,19 @@ class Rivals:
             ]
         return found
 
-    def _led(self, kept: Sequence[Fit], instead: Sequence[Fit], own: ErrorsByTest) -> bool:
-        """Return whether the tests prefer some effects, whose errors are `own`, to others.
+    def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
+        """Return whether the tests prefer some effects to others.
 
-        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
+        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well; a lone effect
+        also where they had no part in the choice of shapes.
         """
-        if self.campaign.averaged and fall(self.straight.errors(instead), own)[1] < APART:
+        errors = self.straight.errors
+        if self.campaign.averaged and fall(errors(instead), errors(kept))[1] < APART:
             return False
+        if self.campaign.averaged and len(kept) == 1:
+            other, own = (self.straight.errors_of_form(f) for (f,) in (instead, kept))
+            if fall(other, own)[1] < APART:
+                return False
         return rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
 
     def largest_first(self, kept: list[Fit]) -> list[Fit]:

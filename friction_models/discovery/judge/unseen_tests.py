@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from ...estimation.campaign.metadata import with_all_metadata
 from ...estimation.fit.joint_problem import solve_jointly
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import contribution
-from ...estimation.search.scan import Fit
+from ...estimation.search.scan import Fit, best_fit
 from ...estimation.search.search_round import SearchRound
 from ...families.composed import ComposedFriction
 from ...loads import FloatArray, TriboLoads
@@ -239,6 +239,17 @@ class StraightFits:
                 residual[fold == k] = self.residual(fits, fold != k)[fold == k]
             self._kept[key] = errors_of_tests(self.campaign, residual)
         return self._kept[key]
+
+    def errors_of_form(self, fit: Fit) -> ErrorsByTest:
+        """Return the errors of one effect whose shape, too, the other tests choose; `errors` take that of the search, which saw all."""
+        fold, residual = self.unseen.fold_of_test[self.campaign.test], np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            seen = fold != k
+            columns = fit.prepared.columns[seen]
+            gram = np.einsum("mga,mgb->gab", columns, columns)
+            others = best_fit(replace(fit.prepared, columns=columns, gram=gram), self.found.residual[seen])
+            residual[~seen] = self.residual([replace(fit, index=others.index)], seen)[~seen]
+        return errors_of_tests(self.campaign, residual)
 
     def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
         """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
