@@ -123,7 +123,7 @@ def assemble(
     factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
     sure = min(_confidence(campaign, judged, level, rests_on, factor), most)
     where: list[StructurePlace] = []
-    if verdict in {"unknown_structure", "partly_explained"}:
+    if verdict in {"unknown_structure", "partly_explained"} or judged.confirmed.leaves_much:
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += uncertain_drivers(whole[0], fitted.terms)

@@ -229,7 +229,8 @@ def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
 def _formulas_for(verdict: str, campaign: Campaign, judged: Judged, seed: int) -> list[FormulaOffer]:
     """Return the empirical terms that are offered beside what is named; none for other verdicts or with too few tests."""
     shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
-    if verdict not in UNEXPLAINED or shares is None or unseen is None:
+    unexplained = verdict in UNEXPLAINED or judged.confirmed.leaves_much
+    if not unexplained or shares is None or unseen is None:
         return []
     before = unseen.errors([f.effect for f in judged.chosen]).total
     missing = Missing(

@@ -123,15 +123,16 @@ def sentence(
     if verdict == "explained":
         verb = "is" if len(effects) == 1 else "are"
         return f"{labels} {verb} missing from {model}: {what} {sure}, p = {p:.3f}."
+    rest = f", along {_along(where)}" if _along(where) else ""
     if verdict == "partly_explained":
         verb = "is" if len(effects) == 1 else "are"
-        rest = f", along {_along(where)}" if _along(where) else ""
         return (
             f"{labels} {verb} missing from {model}: {what}; with it the error on unseen tests falls, but something else that can be "
             f"predicted is left{rest} {sure}."
         )
     if verdict == "ambiguous":
         known = {f.name: f.effect.label for f in evidence.found.ranking}
+        sure = f"{sure}; something else that can be predicted is left{rest}" if where else sure
         if len(effects) == 1:
             rivals = ", ".join(known.get(name, name) for name in confusion)
             return f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} fits best: {what} {sure}."

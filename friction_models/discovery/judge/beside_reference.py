@@ -12,7 +12,7 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace, places_of
 from ...loads import FloatArray
-from .error_budget import ErrorShares, error_shares
+from .error_budget import BELIEVED, ErrorShares, error_shares
 from .unseen_tests import UnseenTests, errors_of_tests, mean_of
 
 #: Ways to divide the tests, where the reference alone says that something is missing.
@@ -35,7 +35,8 @@ class BesideReference:
         """Return the budget of the model with effects."""
         beside = [[], kept] if kept else [[]]
         known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
-        return error_shares(self.unseen.errors(), self.unseen.errors(effects_of(kept)), known)
+        needed = 1.0 if kept else BELIEVED
+        return error_shares(self.unseen.errors(), self.unseen.errors(effects_of(kept)), known, needed)
 
     def divided(self) -> ErrorShares:
         """Return the budget where nothing is named, on average over several ways to divide the tests: one alone is partly chance."""
@@ -46,7 +47,8 @@ class BesideReference:
             self.found.y - self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways
         ]
         base = mean_of([way.errors() for way in ways])
-        return error_shares(base, base, [mean_of([errors_of_tests(self.campaign, r) for r in flexible])])
+        known = mean_of([errors_of_tests(self.campaign, r) for r in flexible])
+        return error_shares(base, base, [known], BELIEVED)
 
     def places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import expit
 
 from ...estimation.search.search_round import SearchRound
-from .confirmation import ANOTHER_FORM, NAMED, Confirmation
+from .confirmation import ANOTHER_FORM, EXPLAINED, NAMED, Confirmation
 from .verdict import Evidence
 
 #: Standard errors of an effect and of the reference, and powers of ten, beyond which nothing becomes surer.
@@ -46,7 +46,7 @@ def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tes
     dict of str to float
         ``seen``: minus log10 of the p-value of the first effect. ``certain``: standard errors by which the last name lowers
         the error on unseen tests. ``gap``: lead in evidence over the best effect that the answer does not hold, as a share.
-        ``missing``: share of the squared error of the base.
+        ``missing``: share of the squared error of the base. ``left``: share of what can be predicted.
         ``held``: names that the answer holds, rivals included. ``reference``: standard errors by which the
         flexible reference is better. ``structure``: minus log10 of the p-value of structure. ``log_tests``: logarithm of the
         number of tests.
@@ -59,6 +59,7 @@ def grounds(found: SearchRound, evidence: Evidence, confirmed: Confirmation, tes
         "gap": _gap(found, held),
         "missing": shares.missing / shares.base if shares is not None and shares.base > 0.0 else 0.0,
         "held": float(len(held)),
+        "left": shares.left if shares is not None else 0.0,
         "reference": min(shares.certainty, MOST_SURE) if shares is not None else 0.0,
         "beyond": min(shares.beyond, MOST_SURE) if shares is not None else 0.0,
         "structure": _powers(evidence.structure.p_value),
@@ -84,7 +85,7 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
 
     Examples
     --------
-    >>> grounds = {"seen": 2.7, "certain": 6.0, "gap": 0.8, "beyond": 0.0, "log_tests": 3.7}
+    >>> grounds = {"seen": 2.7, "certain": 6.0, "gap": 0.8, "beyond": 0.0, "left": 0.0, "log_tests": 3.7}
     >>> confidence("explained", grounds) > confidence("explained", {**grounds, "certain": 1.0})
     True
     """
@@ -94,7 +95,7 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
     intercept, weights = WEIGHTS[kind]
     score = intercept + sum(weight * grounds[name] for name, weight in weights.items())
     low, high = LIMITS
-    if verdict == "partly_explained":
+    if verdict in NAMED and grounds["left"] > EXPLAINED:
         high = MOST_PARTLY
     elif verdict in NAMED and grounds["beyond"] > ANOTHER_FORM:
         high = MOST_IN_ANOTHER_FORM

@@ -66,13 +66,14 @@ class Confirm:
         if self.unseen.errors().rms < RESOLUTION * float(np.mean(np.abs(self.campaign.mu))):
             return Confirmation("nothing_missing", shares=self.beside.shares([]), within_resolution=True)
         if verdict == "unknown_structure":
-            # structure that does not help to predict other tests is chance; it matters if the names leave it
+            # structure that does not help to predict other tests is chance; it matters if the names leave it: of three doubts,
+            # that something is left for certain, that it is much, and that the first name bends, one alone does not weigh more
             kept = self._that_help(chosen) if chosen else []
             left = self.beside.shares(kept)
-            if not left.missing > 0.0 or (kept and not bent and left.left < EXPLAINED):
-                verdict = named if kept else "nothing_missing"
+            if kept and sum([left.believed, left.left >= EXPLAINED, bent]) < 2:
+                verdict = named
             elif not self.beside.shares([]).missing > 0.0:
-                verdict = "nothing_missing"
+                verdict = named if kept and not left.believed else "nothing_missing"
             elif kept and (several := self._several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = named, several
@@ -85,10 +86,10 @@ class Confirm:
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([])
-        beside = self.rivals.of(kept, shares.missing)
+        beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
         kept = self.rivals.largest_first(kept)
         rivals = told(kept, beside)
-        if verdict == "explained" and rivals:
+        if verdict in ("explained", "partly_explained") and rivals:
             verdict = "ambiguous"
         where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
@@ -117,7 +118,7 @@ class Confirm:
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
-            if shares.left > NOT_THE_ANSWER:
+            if shares.left > NOT_THE_ANSWER and shares.believed:
                 return "unknown_structure"
             kinds = [f.effect.kind for f in kept]
             physical = any(kind != "fault" for kind in kinds)
@@ -158,7 +159,7 @@ class Confirm:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
         while kept and len(kept) < most:
             left = self.beside.shares(kept)
-            if len(kept) >= wanted and not left.missing > 0.0:
+            if len(kept) >= wanted and not left.believed and left.left < EXPLAINED:
                 break
             best = self._best(kept, self.further(kept)[:TRIED])
             if best is None or not self._confirmed(kept, best):

@@ -45,6 +45,14 @@ class Confirmation:
         return self.lacks_fit and self.shares is not None and not self.shares.by_reference
 
     @property
+    def leaves_much(self) -> bool:
+        """Whether the reference predicts more than effects that explain may leave."""
+        shares = self.shares
+        return (
+            self.verdict in NAMED and shares is not None and shares.by_reference and shares.left > EXPLAINED
+        )
+
+    @property
     def of_another_form(self) -> bool:
         """Whether unseen tests are predicted a little better without the formulas of what is named than with them."""
         return self.verdict in NAMED and self.shares is not None and self.shares.beyond > ANOTHER_FORM

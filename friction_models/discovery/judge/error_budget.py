@@ -13,7 +13,7 @@ from ...estimation.search.importance import LEAST_SHARE
 from ...loads import FloatArray
 from .unseen_tests import ErrorsByTest
 
-#: Standard errors over the tests by which the reference must predict better than the model to be believed.
+#: Standard errors over the tests by which the reference must predict better than the model where nothing is named.
 BELIEVED = 2.3
 #: With fewer tests nothing can be said about what sets tests apart.
 LEAST_TESTS = 8
@@ -27,7 +27,7 @@ class ErrorShares:
 
     base: float  #: Of the model as it is, refitted to the other tests.
     named: float  #: Of the model with the effects that are named; the same as `base` where none is.
-    best: float  #: Of the best prediction that is known, model or reference, between and within tests each.
+    best: float  #: Of the best prediction that is likely, model or reference, between and within tests each.
     certainty: float  #: Standard errors by which the reference is better than the model with what is named.
     interval: tuple[float, float]  #: 95 % interval of `best` over the tests.
     #: Whether `best` is, between or within tests, that of the flexible reference and not of the model.
@@ -46,6 +46,11 @@ class ErrorShares:
         """What can be predicted and is not."""
         more = self.named - self.best
         return more if more > ROUNDING * self.named else 0.0
+
+    @property
+    def believed(self) -> bool:
+        """Whether something is missing for certain."""
+        return self.missing > 0.0 and self.certainty > BELIEVED
 
     @property
     def left(self) -> float:
@@ -89,8 +94,27 @@ def helps(before: ErrorsByTest, after: ErrorsByTest, needed: float = 1.0) -> boo
     return bool(sure > 2.5 and along > LEAST_SHARE * before.rms**2 and gain > 0.0)
 
 
-def error_shares(base: ErrorsByTest, named: ErrorsByTest, known: Sequence[ErrorsByTest]) -> ErrorShares:
-    """Return the error budget of a model as it is, and with the effects that are named, beside other predictions of the same tests."""
+def likely(certain: float) -> float:
+    """Return the share of a gain, so many standard errors large, that is likely to be there.
+
+    Positive part of the estimate of James and Stein (Efron, Morris, J. Am. Stat. Assoc. 68 (1973) 117): a gain that counts in
+    full from some level on, and not at all below it, would be a matter of single tests.
+
+    Examples
+    --------
+    >>> likely(0.5), likely(2.0), likely(10.0)
+    (0.0, 0.75, 0.99)
+    """
+    return max(0.0, 1.0 - 1.0 / max(certain, 1e-9) ** 2)
+
+
+def error_shares(
+    base: ErrorsByTest, named: ErrorsByTest, known: Sequence[ErrorsByTest], needed: float = 1.0
+) -> ErrorShares:
+    """Return the error budget of a model as it is, and with the effects that are named, beside other predictions of the same tests.
+
+    What these predict better counts from so many standard errors on as `needed`: that something is missing at all has to be sure.
+    """
     tests = len(named.total)
     best, certainty, beyond = np.zeros(tests), 0.0, 0.0
     for part in ("between", "within"):
@@ -99,8 +123,9 @@ def error_shares(base: ErrorsByTest, named: ErrorsByTest, known: Sequence[Errors
             for other in (getattr(k, part) for k in known):
                 gain, certain = lead(own, other, named.setting)
                 beyond = max(beyond, certain)
-                if certain > BELIEVED and gain > LEAST_SHARE * base.rms**2 and other.mean() < least.mean():
-                    least, certainty = other, max(certainty, certain)
+                nearer = own + likely(certain) * (other - own)
+                if certain > needed and gain > LEAST_SHARE * base.rms**2 and nearer.mean() < least.mean():
+                    least, certainty = nearer, max(certainty, certain)
         best = best + least
     return ErrorShares(
         base.rms**2, named.rms**2, float(np.mean(best)), certainty, _interval(best), certainty > 0.0, beyond

@@ -11,7 +11,13 @@ from benchmarks.prior.laws import LAWS, OUTSIDE
 from benchmarks.prior.study import Answer, fitted, kind_of, right
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge import confidence as module
-from friction_models.discovery.judge.confidence import LIMITS, MOST_IN_ANOTHER_FORM, WEIGHTS, confidence
+from friction_models.discovery.judge.confidence import (
+    LIMITS,
+    MOST_IN_ANOTHER_FORM,
+    MOST_PARTLY,
+    WEIGHTS,
+    confidence,
+)
 from friction_models.effects import CATALOGUE
 from friction_models.loads import LOAD_NAMES
 
@@ -33,8 +39,8 @@ def test_what_speaks_for_an_answer_makes_it_surer() -> None:
         ("unknown_structure", "reference"),
         ("nothing_missing", "log_tests"),
     ):
-        names = {n for _, w in WEIGHTS.values() for n in w} | {"beyond"}
-        low, high = (dict.fromkeys(names, 0.5) | {ground: value} for value in (0.5, 3.0))
+        names = {n for _, w in WEIGHTS.values() for n in w} | {"beyond", "left"}
+        low, high = (dict.fromkeys(names, 0.5) | {"left": 0.0, ground: value} for value in (0.5, 3.0))
         assert LIMITS[0] <= confidence(verdict, low) < confidence(verdict, high) <= LIMITS[1], (
             verdict,
             ground,
@@ -44,9 +50,10 @@ def test_what_speaks_for_an_answer_makes_it_surer() -> None:
 
 
 def test_what_is_predicted_better_than_by_its_formula_is_not_sure() -> None:
-    grounds = dict.fromkeys({n for _, w in WEIGHTS.values() for n in w}, 6.0)
+    grounds = dict.fromkeys({n for _, w in WEIGHTS.values() for n in w}, 6.0) | {"left": 0.0}
     for verdict in ("explained", "ambiguous", "data_problem"):
         assert confidence(verdict, grounds | {"beyond": 2.0}) > 0.9
+        assert confidence(verdict, grounds | {"beyond": 4.0, "left": 0.3}) == MOST_PARTLY
         assert confidence(verdict, grounds | {"beyond": 4.0}) == MOST_IN_ANOTHER_FORM
     nothing = [confidence("nothing_missing", grounds | {"beyond": b}) for b in (0.0, 4.0)]
     assert nothing[0] == nothing[1]
@@ -60,7 +67,8 @@ def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPat
     for verdict in ("explained", "ambiguous", "unknown_structure", "nothing_missing"):
         for _ in range(1500):
             grounds = {n: float(rng.uniform(0.0, 3.0)) for _, w in WEIGHTS.values() for n in w} | {
-                "beyond": 0.0
+                "beyond": 0.0,
+                "left": 0.0,
             }
             good = rng.random() < 0.5 + 0.15 * grounds[next(iter(WEIGHTS[kind_of(verdict)][1]))]
             kind = {"unknown_structure": "outside", "nothing_missing": "null"}.get(verdict, "single")

@@ -10,7 +10,7 @@ from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
-from friction_models.discovery.judge.error_budget import helps, lead
+from friction_models.discovery.judge.error_budget import BELIEVED, error_shares, helps, lead, likely
 from friction_models.discovery.judge.unseen_tests import ErrorsByTest, UnseenTests, folds_of_tests
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
@@ -191,6 +191,24 @@ def test_help_is_a_matter_of_whole_tests() -> None:
     assert helps(before, ErrorsByTest(before.between, 0.3 * before.within))
     gain, certain = lead(np.array([2.0, 4.0]), np.array([1.0, 1.0]))
     assert gain == 2.0 and certain == pytest.approx(2.0 / (np.sqrt(2.0) / np.sqrt(2.0)))
+
+
+def test_what_is_left_beside_a_name_grows_with_its_certainty() -> None:
+    """A gain is missing by as much as is likely, not in full from some level on: one test more or less does not decide."""
+    rng = np.random.default_rng(2)
+    named, gain = 4.0 + rng.normal(size=40), rng.normal(size=40)
+    nothing = np.zeros(40)
+    base = ErrorsByTest(np.full(40, 9.0), nothing)
+    left = []
+    for certain in (0.5, 1.5, 2.2, 2.4, 8.0):
+        better = named - 1.0 - (gain - gain.mean()) / gain.std(ddof=1) * np.sqrt(40) / certain
+        known = [ErrorsByTest(better, nothing)]
+        shares = error_shares(base, ErrorsByTest(named, nothing), known)
+        assert shares.missing == pytest.approx(likely(certain)) and shares.believed == (certain > BELIEVED)
+        alone = error_shares(ErrorsByTest(named, nothing), ErrorsByTest(named, nothing), known, BELIEVED)
+        assert (alone.missing > 0.0) == (certain > BELIEVED)
+        left.append(shares.left)
+    assert left[0] == 0.0 and np.all(np.diff(left) > 0.0) and left[3] - left[2] < 0.02
 
 
 def test_folds_hold_every_test_once() -> None:
