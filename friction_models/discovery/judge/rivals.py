@@ -62,24 +62,31 @@ class Rivals:
             found[named.name] = [
                 f.name
                 for f in self.further(beside)
-                if f.name not in names and fall(self.straight.errors([*beside, f]), own)[1] < APART
+                if f.name not in names and not self._apart(kept, [*beside, f], beside, named, f)
             ]
         return found
 
     def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
-        """Return whether the tests prefer some effects to others.
+        """Return whether the tests prefer some effects to others that differ in the first.
 
-        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well; a lone effect
-        also where they had no part in the choice of shapes.
+        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
         """
-        errors = self.straight.errors
-        if self.campaign.averaged and fall(errors(instead), errors(kept))[1] < APART:
+        lone = (kept[0], instead[0]) if len(kept) == 1 else ()
+        if self.campaign.averaged and not self._apart(kept, instead, [], *lone):
             return False
-        if self.campaign.averaged and len(kept) == 1:
-            other, own = (self.straight.errors_of_form(f) for (f,) in (instead, kept))
-            if fall(other, own)[1] < APART:
-                return False
         return rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
+
+    def _apart(self, kept: Sequence[Fit], instead: Sequence[Fit], beside: Sequence[Fit], *forms: Fit) -> bool:
+        """Return whether unseen tests prefer some effects to others; of averages also where they had no part in the choice of shapes.
+
+        The `forms` are the named effect and its rival, that stand `beside` the same others.
+        """
+        if fall(self.straight.errors(instead), self.straight.errors(kept))[1] < APART:
+            return False
+        if not forms or not self.campaign.averaged:
+            return True
+        own, other = (self.straight.errors_of_form(f, beside) for f in forms)
+        return fall(other, own)[1] >= APART
 
     def largest_first(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by one that carries far more of the error on unseen tests than the first, if there is one."""

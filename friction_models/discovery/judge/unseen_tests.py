@@ -240,15 +240,18 @@ class StraightFits:
             self._kept[key] = errors_of_tests(self.campaign, residual)
         return self._kept[key]
 
-    def errors_of_form(self, fit: Fit) -> ErrorsByTest:
-        """Return the errors of one effect whose shape, too, the other tests choose; `errors` take that of the search, which saw all."""
+    def errors_of_form(self, fit: Fit, beside: Sequence[Fit] = ()) -> ErrorsByTest:
+        """Return the errors of an effect whose shape, too, the other tests choose, `beside` others with the shapes of the search.
+
+        The search saw all tests.
+        """
         fold, residual = self.unseen.fold_of_test[self.campaign.test], np.empty(len(self.found.y))
         for k in np.unique(fold):
             seen = fold != k
             columns = fit.prepared.columns[seen]
             gram = np.einsum("mga,mgb->gab", columns, columns)
             others = best_fit(replace(fit.prepared, columns=columns, gram=gram), self.found.residual[seen])
-            residual[~seen] = self.residual([replace(fit, index=others.index)], seen)[~seen]
+            residual[~seen] = self.residual([*beside, replace(fit, index=others.index)], seen)[~seen]
         return errors_of_tests(self.campaign, residual)
 
     def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
