@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..estimation.campaign.binning import FEW_TESTS, Campaign
+from ..estimation.campaign.binning import FEW_TESTS, BinnedTests
 from ..estimation.fit.parameters import FittedTerm, FittedTerms, fit_terms
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
@@ -55,7 +55,7 @@ class Judged:
 
 
 def _confidence(
-    campaign: Campaign,
+    campaign: BinnedTests,
     judged: Judged,
     level: LevelOffset,
     grounds: dict[str, float],
@@ -84,13 +84,13 @@ def _level_matters(budget: ErrorBudget) -> bool:
     return budget["missing"] ** 2 > EXPLAINED * (budget["missing"] ** 2 + budget["explained"] ** 2)
 
 
-def _blurred(campaign: Campaign, found: SearchRound) -> bool:
+def _blurred(campaign: BinnedTests, found: SearchRound) -> bool:
     """Return whether the noise hides everything."""
     return found.floor.total > BLURRED * float(np.mean(campaign.mu))
 
 
 def assemble(
-    campaign: Campaign, base: BaseLaw, judged: Judged, mu: FloatArray, whole: tuple[Campaign, BaseLaw]
+    campaign: BinnedTests, base: BaseLaw, judged: Judged, mu: FloatArray, whole: tuple[BinnedTests, BaseLaw]
 ) -> Diagnosis:
     """Return the diagnosis; `whole` holds the points as measured, and the base there."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
@@ -169,7 +169,7 @@ def assemble(
     )
 
 
-def _reservations(campaign: Campaign, judged: Judged) -> list[str]:
+def _reservations(campaign: BinnedTests, judged: Judged) -> list[str]:
     """Return what speaks against taking the verdict for the whole truth."""
     found, confirmed, verdict = judged.found, judged.confirmed, judged.verdict
     said = []
@@ -192,7 +192,7 @@ def _reservations(campaign: Campaign, judged: Judged) -> list[str]:
     return said
 
 
-def _about_the_noise(campaign: Campaign, found: SearchRound) -> list[str]:
+def _about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
     """Return a warning where the noise hides everything."""
     if not _blurred(campaign, found):
         return []
@@ -242,7 +242,7 @@ def _confusion(judged: Judged) -> list[str]:
     return list(dict.fromkeys([first, *alike, *rivals, *later]))
 
 
-def _places(campaign: Campaign, judged: Judged) -> list[StructurePlace]:
+def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:
     """Return where structure is left: blocks that stand out, or the loads of a winner whose form does not fit, else what
     the reference predicts beyond the model."""
     evidence = judged.evidence

@@ -13,7 +13,7 @@ import pandas as pd
 from ..common import InputError
 from ..common.imports.drawn import Drawn
 from ..common.wording import counted
-from ..estimation.campaign.binning import Campaign, prepare
+from ..estimation.campaign.binning import BinnedTests, prepare
 from ..loads import FloatArray
 from ..models.measures import predict_points
 from ..models.model_card import Seen, seen_in_training
@@ -212,7 +212,7 @@ def _as_given(data: pd.DataFrame) -> tuple[npt.NDArray[Any], FloatArray]:
     return data["test_id"].to_numpy(), data["mu"].to_numpy(dtype=float)
 
 
-def _compare(campaign: Campaign, errors: Mapping[str, FloatArray], rng: np.random.Generator) -> Comparison:
+def _compare(campaign: BinnedTests, errors: Mapping[str, FloatArray], rng: np.random.Generator) -> Comparison:
     tests = len(campaign.tests)
     group = campaign.point_test
     points = np.bincount(group, minlength=tests).astype(float)

@@ -20,7 +20,7 @@ from ..common.processes.pool import Progress
 from ..common.processes.stages import Stages
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
-from ..estimation.campaign.binning import Campaign, prepare
+from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.factors import factors_of
 from ..estimation.campaign.own_heat import without_own_heat
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
@@ -39,10 +39,10 @@ from .assembly import Judged, assemble
 from .effect_search import EffectSearch
 from .formulas.offers import FormulaOffer
 from .formulas.search import Missing, offers
-from .judge.confirm import Confirm
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
 from .judge.unseen_tests import UnseenTests, refitted
+from .judge.unseen_tests_judge import UnseenTestsJudge
 from .judge.verdict import decide, named_verdict
 
 #: Averages that must be left beside the numbers of the base.
@@ -140,7 +140,7 @@ def diagnose(
     return answer
 
 
-def _beside(measured: Campaign, model: Any, seed: int) -> tuple[Campaign, BaseLaw, NoiseFloor | None]:
+def _beside(measured: BinnedTests, model: Any, seed: int) -> tuple[BinnedTests, BaseLaw, NoiseFloor | None]:
     """Return the campaign that is searched, the base beside it, and a first noise floor."""
     campaign = without_own_heat(measured)
     campaign.warnings = list(measured.warnings)
@@ -154,12 +154,12 @@ def _beside(measured: Campaign, model: Any, seed: int) -> tuple[Campaign, BaseLa
 
 
 def _judge(
-    campaign: Campaign,
+    campaign: BinnedTests,
     base: BaseLaw,
     candidates: list[Candidate],
     seed: int,
     floor: NoiseFloor | None,
-    whole: tuple[Campaign, BaseLaw],
+    whole: tuple[BinnedTests, BaseLaw],
     stages: Stages,
 ) -> Judged:
     """Search, weigh and decide, for a base with given columns; `whole` is what is refitted to predict unseen tests."""
@@ -174,12 +174,12 @@ def _judge(
         return Judged(searched.found, evidence, Confirmation(verdict), searched.notes)
     stages(30, "tests that a fit did not see")
     unseen = UnseenTests(*whole, seed, stages.until(75))
-    confirm = Confirm(campaign, unseen, searched.found, searched.further)
-    confirmed = confirm(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent)
+    judge = UnseenTestsJudge(campaign, unseen, searched.found, searched.further)
+    confirmed = judge(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent)
     return Judged(searched.found, evidence, confirmed, searched.notes, unseen)
 
 
-def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
+def _check_enough(campaign: BinnedTests, base: BaseLaw) -> None:
     """Refuse data that the base alone can fit exactly.
 
     Raises InputError: no load varies, or hardly more averages than the base has numbers.
@@ -198,19 +198,19 @@ def _check_enough(campaign: Campaign, base: BaseLaw) -> None:
         )
 
 
-def _spare(campaign: Campaign, base: BaseLaw) -> int:
+def _spare(campaign: BinnedTests, base: BaseLaw) -> int:
     """Return how many averages are left beside the numbers of the base."""
     averages = campaign.average(base.columns)
     return len(averages) - independent_columns(averages).shape[1]
 
 
-def _base_prediction(campaign: Campaign, base: BaseLaw) -> FloatArray:
+def _base_prediction(campaign: BinnedTests, base: BaseLaw) -> FloatArray:
     """Return the friction coefficient of the fitted base at every point, never negative."""
     coefficients = np.linalg.lstsq(base.columns, campaign.mu - base.offset, rcond=1e-10)[0]
     return np.maximum(base.columns @ coefficients + base.offset, 1e-4)
 
 
-def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
+def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
     """Return the share of the points outside the domain that the model was trained on; 0 if it has none."""
     model = base.model
     if isinstance(model, FrictionModel):
@@ -226,7 +226,7 @@ def _share_outside(campaign: Campaign, base: BaseLaw) -> float:
     return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
 
 
-def _formulas_for(verdict: str, campaign: Campaign, judged: Judged, seed: int) -> list[FormulaOffer]:
+def _formulas_for(verdict: str, campaign: BinnedTests, judged: Judged, seed: int) -> list[FormulaOffer]:
     """Return the empirical terms that are offered beside what is named; none for other verdicts or with too few tests."""
     shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
     unexplained = verdict in UNEXPLAINED or judged.confirmed.leaves_much

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..estimation.campaign.binning import Campaign
+from ..estimation.campaign.binning import BinnedTests
 from ..estimation.campaign.curves import spline_columns
 from ..estimation.noise.noise_floor import NoiseFloor
 from ..estimation.search.base_law import BaseLaw
@@ -19,7 +19,7 @@ from ..estimation.search.significance import stays_first
 from ..estimation.search.structure import Misfit, find_structure, own_misfit
 from ..estimation.search.unseen_loads import AS_GOOD, constant
 from ..estimation.search.zero_reading import judge_zero
-from .judge.confirm import MOST_NAMED
+from .judge.unseen_tests_judge import MOST_NAMED
 from .judge.verdict import LEVEL, SECOND_LEVEL, Evidence
 
 #: If the winner comes first again less often than this, the second effect counts as a rival.
@@ -37,7 +37,7 @@ class EffectSearch:
 
     def __init__(
         self,
-        campaign: Campaign,
+        campaign: BinnedTests,
         base: BaseLaw,
         candidates: list[Candidate],
         seed: int,

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models import LinearFriction
-from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.search.base_law import base_law
 from friction_models.estimation.search.candidates import Candidate
 from friction_models.estimation.search.search_round import SearchRound, search
@@ -57,7 +57,7 @@ def measured(
 
 def searched(
     data: pd.DataFrame, seed: int = 0, known: pd.Series | None = None
-) -> tuple[Campaign, SearchRound]:
+) -> tuple[BinnedTests, SearchRound]:
     """Return the campaign and a search beside a linear base without any candidate.
 
     The estimation of the floor allows for a multiple of `known`, a value for each point.

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import kstest, multivariate_normal
 
 from friction_models.discovery.judge.verdict import STRUCTURE_LEVEL
-from friction_models.estimation.campaign.binning import Campaign
+from friction_models.estimation.campaign.binning import BinnedTests
 from friction_models.estimation.search.form_error import FORM_ERROR, FormErrors, evidence, form_variance
 from friction_models.estimation.search.scan import Fit, Projector, best_fit, prepare_candidate, rank
 from friction_models.estimation.search.search_round import SearchRound
@@ -41,7 +41,7 @@ def test_evidence_is_the_gain_in_likelihood_with_deviations_as_part_of_the_noise
     assert evidence(fit, q, residual) == pytest.approx(2.0 * (with_effect - noise) - 2.0, rel=1e-9)
 
 
-def _forms(seed: int, bend: float) -> tuple[FormErrors, list[Fit], Campaign, SearchRound]:
+def _forms(seed: int, bend: float) -> tuple[FormErrors, list[Fit], BinnedTests, SearchRound]:
     """Return candidates along speed and along pressure, where mu follows speed by a curve that is bent beside its formula."""
     data = measured(np.random.default_rng([seed, 5]), tests=40, points=8, between=0.001, sensor=0.0005)
     formula, curve = np.exp(-data["v_rel"] / 60.0), np.sin(data["v_rel"] / 60.0)

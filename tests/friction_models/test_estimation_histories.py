@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy.stats import spearmanr
 
-from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.noise.histories import histories
 
 from .test_estimation_reference import SCATTER, plain, reference_of
@@ -36,7 +36,7 @@ def ramps(seed: int, hidden: str) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def campaign_of(data: pd.DataFrame) -> Campaign:
+def campaign_of(data: pd.DataFrame) -> BinnedTests:
     return prepare(data.drop(columns="hidden"))
 
 

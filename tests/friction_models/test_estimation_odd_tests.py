@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from friction_models import LinearFriction
-from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.noise.noise_floor import NoiseFloor
 from friction_models.estimation.noise.odd_tests import odd_tests
 from friction_models.estimation.search.base_law import base_law
@@ -19,7 +19,7 @@ SCATTER = 0.003
 
 def odd_in(data: pd.DataFrame) -> list[str]:
     """Return the odd tests of a campaign beside a linear base."""
-    campaign: Campaign = prepare(data)
+    campaign: BinnedTests = prepare(data)
     floor = NoiseFloor(0.001, SCATTER, 1e-5, 3.0, (0.0, 0.0), 0.001)
     return odd_tests(campaign, campaign.average(base_law(LinearFriction(), campaign).columns), floor)
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.campaign.own_heat import without_own_heat
 
 LAW = 0.08
@@ -36,7 +36,7 @@ def heated(
     return pd.concat(parts, ignore_index=True), pd.DataFrame(rows)
 
 
-def link(campaign: Campaign) -> float:
+def link(campaign: BinnedTests) -> float:
     """Return how mean temperature and level of the tests are tied beside the set points (partial correlation)."""
     weight = np.bincount(campaign.test, campaign.count)
 

@@ -8,14 +8,14 @@ import pytest
 
 from friction_models import ConstantFriction
 from friction_models.effects import make_effect
-from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.fit.parameters import fit_terms
 from friction_models.estimation.search.base_law import base_law
 
 DELTA, LENGTH = 0.03, 6.0
 
 
-def running_in(seed: int, tests: int = 30) -> Campaign:
+def running_in(seed: int, tests: int = 30) -> BinnedTests:
     """Return tests whose friction falls over the first millimetres, each with an offset and noise of its own."""
     rng = np.random.default_rng([seed, 8])
     frames = []

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from friction_models import LinearFriction
-from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.noise import reference_variances as module
 from friction_models.estimation.noise.noise_floor import NoiseFloor
 from friction_models.estimation.noise.reference import Reference
@@ -21,7 +21,7 @@ from .estimation_cases import measured
 SCATTER = 0.002
 
 
-def campaign_of(seed: int, size: float) -> tuple[Campaign, np.ndarray]:
+def campaign_of(seed: int, size: float) -> tuple[BinnedTests, np.ndarray]:
     """Return tests with a product of speed and pressure hidden in mu, and that part in the bins."""
     data = measured(np.random.default_rng(seed), tests=60, points=12, between=SCATTER)
     z = {n: (data[n] - data[n].mean()) / data[n].std() for n in ("v_rel", "sigma_n")}
@@ -30,7 +30,7 @@ def campaign_of(seed: int, size: float) -> tuple[Campaign, np.ndarray]:
     return campaign, campaign.average(hidden)
 
 
-def reference_of(campaign: Campaign) -> tuple[Reference, np.ndarray, np.ndarray]:
+def reference_of(campaign: BinnedTests) -> tuple[Reference, np.ndarray, np.ndarray]:
     """Return reference, base columns and folds."""
     y = campaign.average(campaign.mu)
     floor = NoiseFloor(0.001, SCATTER, 1e-5, 3.0, (0.0, 0.0), 0.001)
@@ -38,7 +38,7 @@ def reference_of(campaign: Campaign) -> tuple[Reference, np.ndarray, np.ndarray]
     return Reference(campaign, floor, y), base, np.arange(len(campaign.tests)) % 4
 
 
-def plain(campaign: Campaign, columns: np.ndarray, folds: np.ndarray, y: np.ndarray) -> np.ndarray:
+def plain(campaign: BinnedTests, columns: np.ndarray, folds: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return out-of-fold predictions of ordinary least squares."""
     fold, predicted = folds[campaign.test], np.empty(len(y))
     for k in np.unique(fold):
@@ -126,7 +126,7 @@ def test_tests_that_are_predicted_anew_have_no_part_in_their_prediction(anew: bo
     assert (before[held] == pytest.approx(after[held], rel=1e-9)) is anew
 
 
-def half_a_factorial(seed: int) -> Campaign:
+def half_a_factorial(seed: int) -> BinnedTests:
     """Return 40 of the 81 settings of four loads at three levels; only one of three materials feels the temperature."""
     rng = np.random.default_rng(seed)
     grid = list(product((5.0, 50.0, 500.0), (20.0, 100.0, 300.0), (500.0, 1500.0, 2700.0), (1.05, 5.0, 20.0)))

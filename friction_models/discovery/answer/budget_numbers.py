@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray
@@ -14,7 +14,7 @@ from .findings import ErrorBudget
 
 
 def budget_numbers(
-    campaign: Campaign,
+    campaign: BinnedTests,
     found: SearchRound,
     confirmed: Confirmation,
     level: LevelOffset,
@@ -59,5 +59,5 @@ def budget_numbers(
     return floor, {"floor": total, "explained": float(np.sqrt(explained)), "missing": float(np.sqrt(missing))}
 
 
-def _mean_square(campaign: Campaign, values: FloatArray) -> float:
+def _mean_square(campaign: BinnedTests, values: FloatArray) -> float:
     return float(campaign.count @ values**2 / campaign.count.sum())

@@ -9,7 +9,7 @@ from typing import Any, TypedDict
 import numpy as np
 import pandas as pd
 
-from ...effects.base import Effect, Memory
+from ...effects.base import Effect, EffectContext
 from ...estimation.search.candidates import OPS
 from ...estimation.search.structure import StructurePlace
 from ...expressions.ops import LoadColumns
@@ -101,7 +101,7 @@ def effect_curve(
         else np.full(CURVE, float(averages[q.name].median()) if q.name in averages.columns else q.nominal)
         for q in LOADS
     ]
-    memory = Memory(mu=np.full((CURVE, 1), float(averages["mu"].median())))
+    memory = EffectContext(mu=np.full((CURVE, 1), float(averages["mu"].median())))
     shape = {s.name: float(values[s.name]) for s in effect.shapes}
     basis = effect.basis(
         OPS, LoadColumns(*(np.asarray(c, dtype=float)[:, None] for c in columns)), shape, memory

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.special import stdtrit
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.fit.parameters import FittedTerm
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES, FloatArray
@@ -20,14 +20,14 @@ BIAS_BINS = 6
 WORST = 10
 
 
-def base_residual(campaign: Campaign, found: SearchRound) -> FloatArray:
+def base_residual(campaign: BinnedTests, found: SearchRound) -> FloatArray:
     """Return bin means of mu minus the base fitted by generalised least squares, shape (m,)."""
     white = found.whiten(found.columns)
     coefficients = np.linalg.lstsq(white, found.whiten(found.y), rcond=1e-9)[0]
     return found.y - found.columns @ coefficients
 
 
-def worst_tests(campaign: Campaign, residual: FloatArray) -> list[WorstTest]:
+def worst_tests(campaign: BinnedTests, residual: FloatArray) -> list[WorstTest]:
     """Return the tests with the largest rms residual (points weigh alike)."""
     rms = np.sqrt(campaign.of_tests(residual**2))
     order = np.argsort(-rms, kind="stable")[:WORST]
@@ -35,7 +35,7 @@ def worst_tests(campaign: Campaign, residual: FloatArray) -> list[WorstTest]:
 
 
 def averages(
-    campaign: Campaign, before: FloatArray, after: FloatArray, chosen: Sequence[FittedTerm] = ()
+    campaign: BinnedTests, before: FloatArray, after: FloatArray, chosen: Sequence[FittedTerm] = ()
 ) -> pd.DataFrame:
     """Return the bins as a table: what `Diagnosis.averages` holds."""
     columns: dict[str, npt.NDArray[Any]] = {
@@ -85,7 +85,7 @@ def clustered_mean(
 
 
 def binned_bias(
-    campaign: Campaign, residual: FloatArray, after: FloatArray | None = None
+    campaign: BinnedTests, residual: FloatArray, after: FloatArray | None = None
 ) -> list[BinnedBias]:
     """Return the mean residual along each load that varies, with intervals that treat a test as the unit."""
     rows: list[BinnedBias] = []
@@ -112,7 +112,7 @@ def binned_bias(
     return rows
 
 
-def unrecorded_factor(campaign: Campaign, residual: FloatArray) -> TestGroups | None:
+def unrecorded_factor(campaign: BinnedTests, residual: FloatArray) -> TestGroups | None:
     """Return two groups of test offsets when one normal distribution does not describe them.
 
     One normal distribution is compared with a mixture of two by their likelihoods; the mixture must win by

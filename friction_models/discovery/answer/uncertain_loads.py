@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from sklearn.base import clone
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.fit.parameters import FittedTerm
 from ...estimation.noise.noise_floor import FloorFromLoads, NoiseFloorNumbers
 from ...estimation.search.base_law import BaseLaw
@@ -22,7 +22,7 @@ from ...models.measures import predict_points
 
 
 def floor_from_loads(
-    campaign: Campaign, base: BaseLaw, terms: Sequence[FittedTerm], mu: FloatArray
+    campaign: BinnedTests, base: BaseLaw, terms: Sequence[FittedTerm], mu: FloatArray
 ) -> FloorFromLoads | None:
     """Return the RMS of mu in the averages that the stated uncertainties of the loads give a model with effects.
 
@@ -47,7 +47,7 @@ def floor_from_loads(
     return {"total": float(np.sqrt(np.sum(np.square(list(by_load.values()))))), "by_load": by_load}
 
 
-def uncertain_drivers(campaign: Campaign, terms: Sequence[FittedTerm]) -> list[str]:
+def uncertain_drivers(campaign: BinnedTests, terms: Sequence[FittedTerm]) -> list[str]:
     """Return a warning for each effect that rests on a load whose uncertainty is as large as its spread between tests."""
     stated = campaign.loads.stated_uncertainty()
     if len(campaign.tests) < 2:
@@ -92,7 +92,7 @@ def from_loads_text(floor: NoiseFloorNumbers) -> str:
     return f"of the floor {total:.4f}, about {size:.4f} ({100 * (size / total) ** 2:.0f} % of its square) is what {slopes}"
 
 
-def _fitted(campaign: Campaign, base: BaseLaw, target: FloatArray) -> Any:
+def _fitted(campaign: BinnedTests, base: BaseLaw, target: FloatArray) -> Any:
     """Return the base as users have it: fitted to what effects leave, or as it was given."""
     if base.fixed or not isinstance(base.model, FrictionModel):
         return base.model
@@ -110,7 +110,7 @@ def _predicted(law: Any, loads: TriboLoads) -> FloatArray:
 
 
 def _of_effects(
-    campaign: Campaign, loads: TriboLoads, terms: Sequence[FittedTerm], mu: FloatArray
+    campaign: BinnedTests, loads: TriboLoads, terms: Sequence[FittedTerm], mu: FloatArray
 ) -> FloatArray:
     """Return what the effects make of mu at other loads of the same points, shape (n,)."""
     there = replace(campaign, loads=loads, integrated={}, smooth=None)

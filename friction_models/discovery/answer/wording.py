@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...estimation.campaign.binning import FEW_TESTS, Campaign
+from ...estimation.campaign.binning import FEW_TESTS, BinnedTests
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.scan import Fit
@@ -101,7 +101,7 @@ def sentence(
     chosen: list[Fit],
     confusion: Sequence[str],
     confidence: float,
-    campaign: Campaign,
+    campaign: BinnedTests,
     where: Sequence[StructurePlace] = (),
     factor: TestGroups | None = None,
     close: float | None = None,

@@ -11,7 +11,7 @@ from ...effects.base import EffectContext
 from ...effects.empirical.curves import Part, curve, factor
 from ...effects.empirical.effect import Empirical
 from ...effects.empirical.terms import Term
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.search.candidates import OPS
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray
@@ -30,7 +30,7 @@ class Bins:
     without the fixed part of the model.
     """
 
-    def __init__(self, campaign: Campaign, columns: FloatArray, y: FloatArray) -> None:
+    def __init__(self, campaign: BinnedTests, columns: FloatArray, y: FloatArray) -> None:
         norms = np.linalg.norm(columns, axis=0)
         columns = columns[:, norms > 0] / norms[norms > 0]
         u, s, _ = np.linalg.svd(columns, full_matrices=False)

@@ -32,7 +32,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Fit:
+class ChosenTests:
     """A choice of tests to which everything linear is fitted."""
 
     weight: FloatArray  #: How often each test counts, shape (tests,).
@@ -56,7 +56,7 @@ class Scan:
     """
 
     def __init__(
-        self, bins: Bins, whiten: Whitener, chosen: Sequence[Sequence[Column]], fits: Sequence[Fit]
+        self, bins: Bins, whiten: Whitener, chosen: Sequence[Sequence[Column]], fits: Sequence[ChosenTests]
     ) -> None:
         self.bins, self.whiten, self.fits, self.groups = bins, whiten, fits, len(chosen)
         self.weights = np.array([f.weight for f in fits])
@@ -137,6 +137,6 @@ class Scan:
         return errors_of_tests(self.bins.campaign, total)
 
 
-def folds_left_out(weight: FloatArray, fold: npt.NDArray[np.intp], group: int) -> list[Fit]:
+def folds_left_out(weight: FloatArray, fold: npt.NDArray[np.intp], group: int) -> list[ChosenTests]:
     """Return fits that leave out one fold each of the tests that count."""
-    return [Fit(np.where(fold == k, 0.0, weight), group) for k in np.unique(fold[weight > 0.0])]
+    return [ChosenTests(np.where(fold == k, 0.0, weight), group) for k in np.unique(fold[weight > 0.0])]

@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from ...effects import empirical_effect
 from ...effects.empirical.effect import numbered
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
 from ..judge.error_budget import lead
@@ -37,7 +37,7 @@ COMPARABLE, LEAST_STABLE = 0.7, 0.15
 class Missing:
     """What is missing, as unseen tests show it."""
 
-    campaign: Campaign  #: As it was searched.
+    campaign: BinnedTests  #: As it was searched.
     columns: FloatArray  #: The model and what is named, in the bins, shape (m, p).
     y: FloatArray  #: Bin means of mu without the fixed part of the model, shape (m,).
     whiten: Whitener

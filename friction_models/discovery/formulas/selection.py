@@ -15,7 +15,7 @@ from ...loads import FloatArray
 from ..judge.error_budget import lead
 from ..judge.unseen_tests import ErrorsByTest, errors_of_tests
 from .bins import Bins
-from .scan import Column, Fit, Scan, Tried, folds_left_out
+from .scan import ChosenTests, Column, Scan, Tried, folds_left_out
 
 #: Most terms that are added to one another.
 MOST_TERMS = 3
@@ -96,14 +96,14 @@ def select(
     """
     tests = len(fold)
     draws = np.random.default_rng([seed, 7]).integers(tests, size=(RESAMPLES, tests))
-    resamples = [Fit(np.bincount(d, minlength=tests).astype(float), 0) for d in draws]
+    resamples = [ChosenTests(np.bincount(d, minlength=tests).astype(float), 0) for d in draws]
     folds = np.unique(fold)
     groups = [Group(np.ones(tests)), *(Group((fold != k).astype(float)) for k in folds)]
     rounds: list[list[Ranked]] = []
     stability: list[float] = []
     active = groups
     while groups[0] in active and len(rounds) < MOST_TERMS:
-        fits = [Fit(g.weight, k) for k, g in enumerate(active)]
+        fits = [ChosenTests(g.weight, k) for k, g in enumerate(active)]
         inner = []
         for k, g in enumerate(active):
             inner.append(range(len(fits), len(fits) + len(folds_left_out(g.weight, fold, k))))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .protocols import PlannedTest
 
@@ -21,7 +21,7 @@ class Deviations:
     are asked for on the further `tests`, too.
     """
 
-    def __init__(self, campaign: Campaign, tests: Sequence[PlannedTest]) -> None:
+    def __init__(self, campaign: BinnedTests, tests: Sequence[PlannedTest]) -> None:
         self.campaign = campaign
         self.fastest = max(float(campaign.loads.v_rel.max()), 1e-12)
         self._span: dict[str, tuple[float, float]] = {}

@@ -14,8 +14,8 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from ...effects.base import Memory
-from ...estimation.campaign.binning import Campaign
+from ...effects.base import EffectContext
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import OPS, integrate, load_columns
 from ...estimation.search.form_error import FORM_ERROR
@@ -59,7 +59,7 @@ class Hypotheses:
 
     def __init__(
         self,
-        campaign: Campaign,
+        campaign: BinnedTests,
         found: SearchRound,
         mu: FloatArray,
         base: BaseLaw,
@@ -240,12 +240,12 @@ class Hypotheses:
             k: np.full((POINTS, 1), self._metadata(k, v, test)) for k, v in self.campaign.system.items()
         }
         friction = np.maximum(self.terms(loads.as_array(), max(self.degree, 1)) @ self.friction, 1e-4)
-        made = Campaign(
+        made = BinnedTests(
             loads, friction, ["new"], np.array([0]), np.arange(POINTS), np.ones(POINTS),
             np.zeros(POINTS, dtype=int), np.arange(POINTS), loads.sd, system,
         )  # fmt: skip
         state = integrate(effect, made, made.mu, shape) if effect.states else {}
-        basis = effect.basis(OPS, load_columns(loads), shape, Memory(made.mu[:, None], state, system))
+        basis = effect.basis(OPS, load_columns(loads), shape, EffectContext(made.mu[:, None], state, system))
         full = np.stack([np.broadcast_to(b, (POINTS, len(chosen))) for b in basis], axis=2)
         return _parts(full.reshape(POINTS, -1)).reshape(PARTS, *full.shape[1:])
 

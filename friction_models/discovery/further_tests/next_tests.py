@@ -12,7 +12,7 @@ from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.campaign.metadata import levels_text
 from ...estimation.search.base_law import BaseLaw
@@ -64,7 +64,7 @@ class NextTest(TypedDict):
 
 
 def propose(
-    campaign: Campaign,
+    campaign: BinnedTests,
     found: SearchRound,
     rivals: list[Fit],
     mu: FloatArray,
@@ -100,7 +100,7 @@ def propose(
     return telling[:SHOWN], _remarks(campaign, found, rivals, named, [o for _, o in single])
 
 
-def _weighed(campaign: Campaign, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:
+def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:
     """Return the effects that may be true, the winner first, with their weights.
 
     Evidence is twice the logarithm of a likelihood; where it is large, differences count as much less as they may be a
@@ -128,7 +128,7 @@ def _weighed(campaign: Campaign, found: SearchRound, rivals: list[Fit]) -> tuple
     return [by_name[n] for n in kept], np.array([weight[n] for n in kept])
 
 
-def _tied(campaign: Campaign, first: Fit, other: Fit) -> bool:
+def _tied(campaign: BinnedTests, first: Fit, other: Fit) -> bool:
     """Return whether an effect is driven by a load that moves with that of the first one from test to test."""
     a, b = (f.effect.driver[0] for f in (first, other))
     if a == b or not {a, b} <= set(LOAD_NAMES) or not (campaign.varies(a) and campaign.varies(b)):
@@ -185,7 +185,7 @@ def _repeats(known: Hypotheses, tests: list[PlannedTest], pair: tuple[int, int],
 
 
 def _zero_reading(
-    campaign: Campaign, found: SearchRound, fits: list[Fit], prior: FloatArray, tests: list[PlannedTest]
+    campaign: BinnedTests, found: SearchRound, fits: list[Fit], prior: FloatArray, tests: list[PlannedTest]
 ) -> NextTest:
     """Return a reading without load: it tells the fault of the cell from all laws of pressure."""
     names = [f.name for f in fits]
@@ -211,7 +211,11 @@ def _zero_reading(
 
 
 def _remarks(
-    campaign: Campaign, found: SearchRound, rivals: list[Fit], names: list[str], outcomes: Sequence[Outcomes]
+    campaign: BinnedTests,
+    found: SearchRound,
+    rivals: list[Fit],
+    names: list[str],
+    outcomes: Sequence[Outcomes],
 ) -> list[str]:
     """Return what no proposed test tells apart, and how to tell what no load drives."""
     result = []
@@ -236,7 +240,7 @@ def _remarks(
     return result
 
 
-def _inseparable(campaign: Campaign, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:
+def _inseparable(campaign: BinnedTests, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:
     """Return a remark about two effects that no proposed test tells apart."""
     drivers = [f.effect.driver for f in (first, rival)]
     apart = weighted_rms(found.change(first) - found.change(rival), campaign.count)

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...loads import FloatArray, TriboLoads
 from .heating import Heating
 
@@ -58,7 +58,7 @@ class Settings:
     unknown: tuple[str, ...] = ()  #: Columns of a plan that the data say nothing of.
 
     @classmethod
-    def of(cls, campaign: Campaign) -> Settings:
+    def of(cls, campaign: BinnedTests) -> Settings:
         array = campaign.loads.as_array()
         low, middle, high = np.quantile(array, [0.05, 0.5, 0.95], axis=0)
         firsts = campaign.point_starts
@@ -144,7 +144,7 @@ class Settings:
         return TriboLoads(v, T, sigma, sd, np.full(POINTS, psi), t=t)
 
 
-def possible_tests(campaign: Campaign) -> list[PlannedTest]:
+def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
     """Return single tests within the tested range whose settings are combined freely.
 
     Loads that move together in the plan (fast tests that are hot ones) do not in these tests. Constant tests, speed steps,
@@ -181,7 +181,7 @@ def possible_tests(campaign: Campaign) -> list[PlannedTest]:
     return found
 
 
-def _shapes(campaign: Campaign, usual: float) -> tuple[tuple[float | None, float], ...]:
+def _shapes(campaign: BinnedTests, usual: float) -> tuple[tuple[float | None, float], ...]:
     """Return the specimen shapes with the expansion that each gives, the commonest first; at most three."""
     column = campaign.system.get("psi_set")
     if column is None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from ...effects.base import Effect
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.reference import Reference
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
@@ -22,7 +22,7 @@ DIVISIONS = 4
 class BesideReference:
     """What can be predicted of unseen tests beyond a set of effects, as far as the flexible reference knows."""
 
-    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound) -> None:
+    def __init__(self, campaign: BinnedTests, unseen: UnseenTests, found: SearchRound) -> None:
         self.campaign, self.unseen, self.found = campaign, unseen, found
         self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
 

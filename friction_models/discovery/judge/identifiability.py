@@ -8,7 +8,7 @@ from itertools import permutations
 import numpy as np
 from scipy.stats import rankdata
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.noise.noise_floor import sensor_noise
 from ...estimation.search.base_law import BaseLaw
@@ -32,7 +32,7 @@ ONE_LOAD = 0.98
 RESOLUTION = 0.002
 
 
-def knows_the_noise(measured: Campaign, model: BaseLaw) -> bool:
+def knows_the_noise(measured: BinnedTests, model: BaseLaw) -> bool:
     """Return whether a model that is taken as it is follows the noise of the records: it was fitted to these points."""
     if not model.fixed or len(measured.mu) < LEAST_POINTS:
         return False
@@ -41,7 +41,7 @@ def knows_the_noise(measured: Campaign, model: BaseLaw) -> bool:
     return noise > RESOLUTION * float(np.mean(np.abs(measured.mu))) and left < NOISE_LEFT * noise
 
 
-def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
+def limits(campaign: BinnedTests, base: BaseLaw, evidence: Evidence) -> list[str]:
     """Return warnings that a reader of the verdict should know."""
     notes = []
     if len(campaign.tests) > 1 and not campaign.averaged:
@@ -67,7 +67,7 @@ def limits(campaign: Campaign, base: BaseLaw, evidence: Evidence) -> list[str]:
     return notes
 
 
-def _tied_loads(campaign: Campaign, drivers: Sequence[str]) -> list[str]:
+def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     """Return a warning where a load that drives an effect moves with another one from test to test."""
     levels = {n: campaign.of_tests(transformed(campaign, n)) for n in campaign.varied}
     tied = [
@@ -83,7 +83,7 @@ def _tied_loads(campaign: Campaign, drivers: Sequence[str]) -> list[str]:
     ]
 
 
-def one_load(campaign: Campaign, drivers: Sequence[str]) -> bool:
+def one_load(campaign: BinnedTests, drivers: Sequence[str]) -> bool:
     """Return whether a load that drives an effect rises or falls with another one, that does not, between and along tests."""
     values = {n: rankdata(campaign.average(getattr(campaign.loads, n))) for n in campaign.varied}
     return any(

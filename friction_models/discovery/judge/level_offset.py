@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.search.importance import LEAST_SHARE, error_share
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
@@ -34,7 +34,7 @@ class LevelOffset:
         """Whether it is significant, and large enough beside the noise floor to matter."""
         return self.p_value < STRUCTURE_LEVEL and error_share(self.value, self.floor) > LEAST_SHARE
 
-    def entry(self, campaign: Campaign) -> StructurePlace:
+    def entry(self, campaign: BinnedTests) -> StructurePlace:
         """Return the offset as structure that is left: over the whole tested range, driven by no load."""
         return {
             "variables": [],

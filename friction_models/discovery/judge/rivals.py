@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
@@ -31,7 +31,7 @@ Further = Callable[[Sequence[Fit]], list[Fit]]
 class Rivals:
     """Compares what is named with what could stand in its place."""
 
-    campaign: Campaign
+    campaign: BinnedTests
     found: SearchRound
     straight: StraightFits
     further: Further

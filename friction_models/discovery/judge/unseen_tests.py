@@ -11,7 +11,7 @@ import numpy.typing as npt
 from sklearn.base import clone
 
 from ...effects.base import Effect
-from ...estimation.campaign.binning import Campaign, campaign_of
+from ...estimation.campaign.binning import BinnedTests, campaign_of
 from ...estimation.campaign.metadata import with_all_metadata
 from ...estimation.fit.joint_problem import solve_jointly
 from ...estimation.search.base_law import BaseLaw
@@ -31,7 +31,7 @@ FEW = 16
 LEAST_TESTS = 4
 
 
-def folds_of(campaign: Campaign, seed: int) -> npt.NDArray[np.intp]:
+def folds_of(campaign: BinnedTests, seed: int) -> npt.NDArray[np.intp]:
     """Return the fold of each test of a campaign; tests at one setting are left out together."""
     setting = campaign.setting
     return folds_of_tests(int(setting.max()) + 1, seed)[setting]
@@ -41,7 +41,7 @@ def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:
     """Return the fold of each test; all in fold 0 where there are too few to leave some out.
 
     Of each `FOLDS` neighbours in an order of the tests every fold holds one, drawn at random: with tests by their loads
-    (`Campaign.place`), no fold lacks a corner of the plan by chance.
+    (`BinnedTests.place`), no fold lacks a corner of the plan by chance.
 
     Examples
     --------
@@ -116,7 +116,7 @@ class ErrorsByTest:
         return float(np.sqrt(np.mean(self.total)))
 
 
-def errors_of_tests(campaign: Campaign, residual: FloatArray) -> ErrorsByTest:
+def errors_of_tests(campaign: BinnedTests, residual: FloatArray) -> ErrorsByTest:
     """Return the errors of the tests from residuals in the bins, shape (m,)."""
     mean, square = campaign.of_tests(residual), campaign.of_tests(residual**2)
     return ErrorsByTest(mean**2, np.maximum(square - mean**2, 0.0), campaign.setting)
@@ -141,7 +141,7 @@ def refitted(base: BaseLaw) -> bool:
 class UnseenTests:
     """Residuals of a model, with and without effects, on tests that each fit did not see."""
 
-    campaign: Campaign
+    campaign: BinnedTests
     base: BaseLaw
     seed: int = 0  #: Of the folds.
     #: Called after each set of effects that was fitted.
@@ -188,7 +188,7 @@ class UnseenTests:
 
 
 def _with_effects(
-    campaign: Campaign, law: BaseLaw, effects: Sequence[Effect]
+    campaign: BinnedTests, law: BaseLaw, effects: Sequence[Effect]
 ) -> tuple[FrictionModel, TriboLoads]:
     """Return a model with further effects, to be fitted, and the loads with the metadata that it needs."""
     model = law.model
@@ -200,7 +200,7 @@ def _with_effects(
     return model, with_all_metadata(campaign.loads, [m for e in known for m in getattr(e, "metadata", ())])
 
 
-def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
+def _beside(campaign: BinnedTests, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
     """Return predictions of a law that is not refitted itself, with a shift and effects that the other tests determine."""
     part, own = _part(campaign, law, ~unseen)
     problem = solve_jointly(part, own, list(effects))
@@ -213,7 +213,7 @@ def _beside(campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], unseen:
     return np.asarray(predicted)
 
 
-def _part(campaign: Campaign, law: BaseLaw, rows: Mask) -> tuple[Campaign, BaseLaw]:
+def _part(campaign: BinnedTests, law: BaseLaw, rows: Mask) -> tuple[BinnedTests, BaseLaw]:
     """Return the points of some tests, and the law there."""
     return campaign.part(rows), BaseLaw(
         law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model
@@ -224,7 +224,7 @@ def _part(campaign: Campaign, law: BaseLaw, rows: Mask) -> tuple[Campaign, BaseL
 class StraightFits:
     """Base and effects with the shapes of the scan: only their amplitudes are fitted, which is quick enough to try many."""
 
-    campaign: Campaign
+    campaign: BinnedTests
     unseen: UnseenTests  #: Gives the folds.
     found: SearchRound  #: Gives the base in the bins.
     _kept: dict[tuple[tuple[str, int], ...], ErrorsByTest] = field(default_factory=dict, repr=False)

@@ -1,4 +1,7 @@
-"""The verdict: one of a closed set, from significance, size, rivals and what is left over."""
+"""The verdict of the scan: one of a closed set, from significance, size, rivals and what is left over.
+
+Unseen tests may change it (`unseen_tests_judge.py`), and so may the level of a model as it is (`assembly.py`); they alone say `partly_explained`.
+"""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of
 
 
 @dataclass
-class Campaign:
+class BinnedTests:
     """Measured points of whole tests, with the bins that every later step works on."""
 
     loads: TriboLoads  #: All points; the points of one test are consecutive.
@@ -95,7 +95,7 @@ class Campaign:
             del means["T"]
         return setting_of_tests(means, self.place)
 
-    def part(self, rows: npt.NDArray[np.bool_]) -> Campaign:
+    def part(self, rows: npt.NDArray[np.bool_]) -> BinnedTests:
         """Return the points of some tests, binned, with their metadata."""
         ids = self.loads.test_id
         part = campaign_of(self.loads.take(rows), self.mu[rows], None if ids is None else ids[rows])
@@ -138,7 +138,7 @@ class Campaign:
         return bool(np.ptp(column) > 1e-9 * max(1.0, float(np.max(np.abs(column)))))
 
 
-def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
+def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTests:
     """Check, sort and bin a table of points.
 
     Loads that the table lacks are filled with a constant and reported; a table without `test_id` is one test.
@@ -184,12 +184,12 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> Campaign:
     return campaign
 
 
-def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] | None) -> Campaign:
+def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] | None) -> BinnedTests:
     """Bin points whose tests, named by `groups`, are consecutive; without `groups` every point is a bin of its own."""
     n = len(mu)
     if groups is None:
         index = np.arange(n)
-        return Campaign(
+        return BinnedTests(
             loads, mu, ["all"], np.array([0]), index, np.ones(n), np.zeros(n, dtype=int), index,
             np.maximum(loads.sd - loads.sd[:1], 0.0), grouped=False,
         )  # fmt: skip
@@ -204,10 +204,10 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
     test = order[starts]
     slot = np.arange(len(starts)) - np.flatnonzero(np.r_[True, np.diff(test) > 0])[test]
     names = [str(g) for g in groups[point_starts]]
-    return Campaign(loads, mu, names, point_starts, starts, count, test, slot, distance)
+    return BinnedTests(loads, mu, names, point_starts, starts, count, test, slot, distance)
 
 
-def _remarks(campaign: Campaign) -> list[str]:
+def _remarks(campaign: BinnedTests) -> list[str]:
     """Return what the user should know about thin data."""
     warnings, tests = [], len(campaign.tests)
     if campaign.averaged:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
-from .binning import Campaign
+from .binning import BinnedTests
 
 
 def curve(values: FloatArray, knots: int) -> FloatArray:
@@ -21,7 +21,7 @@ def products(a: FloatArray, b: FloatArray) -> FloatArray:
     return (a[:, :, None] * b[:, None, :]).reshape(len(a), -1)
 
 
-def transformed(campaign: Campaign, name: str) -> FloatArray:
+def transformed(campaign: BinnedTests, name: str) -> FloatArray:
     """Return bin means of a load on the scale on which its curve is drawn."""
     return on_scale(
         name, campaign.average(campaign.distance if name == "sd" else getattr(campaign.loads, name))
@@ -39,7 +39,7 @@ def on_scale(name: str, values: FloatArray) -> FloatArray:
     return values
 
 
-def spline_columns(campaign: Campaign, drivers: tuple[str, ...], knots: int = 4) -> FloatArray:
+def spline_columns(campaign: BinnedTests, drivers: tuple[str, ...], knots: int = 4) -> FloatArray:
     """Return curves along the named loads, shape (m, k); loads that do not vary give nothing."""
     names = [d for d in drivers if d in LOAD_NAMES and campaign.varies(d)]
     blocks = [curve(transformed(campaign, n), knots) for n in names]

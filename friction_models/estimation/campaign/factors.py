@@ -12,7 +12,7 @@ from ...effects.base import Effect
 from ...effects.metadata.factor import scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
-from .binning import Campaign
+from .binning import BinnedTests
 from .metadata import MOST_LEVELS, NOT_METADATA, is_text
 
 #: Most columns that are tried.
@@ -21,7 +21,7 @@ MOST_COLUMNS = 12
 SAME = 0.95
 
 
-def factors_of(campaign: Campaign, effects: Iterable[Effect]) -> tuple[list[Effect], list[str]]:
+def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[Effect], list[str]]:
     """Return a factor for each further column of the test table, and a remark on columns that cannot be judged.
 
     Left out are set points, columns of the effects of the catalogue, columns that are constant, that follow a load, tell the
@@ -59,7 +59,7 @@ def factors_of(campaign: Campaign, effects: Iterable[Effect]) -> tuple[list[Effe
     return found[:MOST_COLUMNS], notes[0 if alike else 1 :]
 
 
-def _labels(campaign: Campaign, name: str) -> list[str]:
+def _labels(campaign: BinnedTests, name: str) -> list[str]:
     """Return the texts of a column in the order of their numbers."""
     values = campaign.loads.context_column(name)
     return [] if values is None else sorted({str(v) for v in values[campaign.point_starts] if not pd.isna(v)})

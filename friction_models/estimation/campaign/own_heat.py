@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...loads import FloatArray
-from .binning import Campaign
+from .binning import BinnedTests
 from .curves import transformed
 
 #: Share of the variance of the logarithm of the heating that the other loads must explain: else it was set, not caused.
@@ -26,7 +26,7 @@ START = 0.01
 STARTS = ("T_tool", "T_specimen")
 
 
-def without_own_heat(campaign: Campaign) -> Campaign:
+def without_own_heat(campaign: BinnedTests) -> BinnedTests:
     """Return the campaign with the temperatures that tests of usual friction would have had.
 
     The heating in each bin is scaled to what loads and distance let expect. Where the temperature was not measured, does not
@@ -50,7 +50,7 @@ def without_own_heat(campaign: Campaign) -> Campaign:
     return replace(campaign, loads=replace(campaign.loads, T=T), integrated={}, smooth=None)
 
 
-def _usual_heating(campaign: Campaign) -> tuple[FloatArray, FloatArray] | None:
+def _usual_heating(campaign: BinnedTests) -> tuple[FloatArray, FloatArray] | None:
     """Return for each test where its heating starts [degC], and for each bin the factor that makes it that of usual friction."""
     if "T" in campaign.absent or not campaign.varies("T"):
         return None

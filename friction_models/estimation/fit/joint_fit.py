@@ -14,7 +14,7 @@ from ...models.base import FrictionModel, Groups
 from ...models.domain import Domain
 from ...models.effective_variance import FitWeights
 from ...models.tangent import polynomial_columns
-from ..campaign.binning import Campaign, campaign_of
+from ..campaign.binning import BinnedTests, campaign_of
 from ..search.base_law import BaseLaw, base_law
 from .joint_problem import solve_jointly
 
@@ -66,7 +66,7 @@ def fit_jointly(
     return JointFit(fitted, problem.shapes, named, noise_floor)
 
 
-def _surrogate(base: FrictionModel, campaign: Campaign) -> BaseLaw:
+def _surrogate(base: FrictionModel, campaign: BinnedTests) -> BaseLaw:
     """Return columns that stand for the base while the effects are identified."""
     if base.form != "flexible":
         return base_law(base, campaign)

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares, lsq_linear
 
 from ...effects.base import Effect
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw
@@ -36,7 +36,7 @@ KEEP_WEIGHTS = 0.98
 
 
 def solve_jointly(
-    campaign: Campaign, law: BaseLaw, effects: Sequence[Effect], weights: FloatArray | None = None
+    campaign: BinnedTests, law: BaseLaw, effects: Sequence[Effect], weights: FloatArray | None = None
 ) -> JointProblem:
     """Return the least-squares problem of a law and effects with the best shape parameters in it."""
     problem = JointProblem(campaign, law, list(effects), weights)
@@ -54,7 +54,7 @@ class JointProblem:
     """The least-squares problem of one fit."""
 
     def __init__(
-        self, campaign: Campaign, law: BaseLaw, effects: list[Effect], weights: FloatArray | None = None
+        self, campaign: BinnedTests, law: BaseLaw, effects: list[Effect], weights: FloatArray | None = None
     ) -> None:
         self.campaign, self.law, self.effects = campaign, law, effects
         coefficients = np.linalg.lstsq(law.columns, campaign.mu - law.offset, rcond=1e-10)[0]

@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 
 from ...effects.base import Effect
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..search.base_law import BaseLaw
 from .joint_problem import JointProblem, solve_jointly
 
@@ -60,7 +60,7 @@ class FittedTerms:
     correlations: list[tuple[str, str, float]]
 
 
-def fit_terms(campaign: Campaign, law: BaseLaw, effects: list[Effect]) -> FittedTerms:
+def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> FittedTerms:
     """Fit a law together with effects, as `refine` does, and return the effects with intervals.
 
     The intervals follow from the linearised fit, with the scatter of the tests' own scores as the unit (cluster-robust
@@ -138,7 +138,7 @@ def _jacobian(
 
 
 def _half_widths(
-    campaign: Campaign, problem: JointProblem, columns: FloatArray, residual: FloatArray
+    campaign: BinnedTests, problem: JointProblem, columns: FloatArray, residual: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return half of the 95 % interval of every parameter, and their covariance."""
     tests, free = len(campaign.tests), columns.shape[1]

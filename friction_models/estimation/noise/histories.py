@@ -7,7 +7,7 @@ from scipy.stats import rankdata
 
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.time_steps import time_steps
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.curves import on_scale, transformed
 
 #: Share of the largest value below which a quantity that grows from nothing counts as its start.
@@ -20,7 +20,7 @@ FALLS = 0.1
 RETURNING = ("v_rel", "T", "sigma_n")
 
 
-def histories(campaign: Campaign) -> dict[str, FloatArray]:
+def histories(campaign: BinnedTests) -> dict[str, FloatArray]:
     """Return quantities along which friction may change by memory, on the scales of their curves, shape (m,) each.
 
     ``time`` since the start of the test, ``load path`` (pressure times distance, which grows like friction work), and the
@@ -41,7 +41,7 @@ def histories(campaign: Campaign) -> dict[str, FloatArray]:
     return found
 
 
-def _all(campaign: Campaign) -> dict[str, FloatArray]:
+def _all(campaign: BinnedTests) -> dict[str, FloatArray]:
     loads, starts = campaign.loads, campaign.point_starts
     found = {}
     if loads.t is not None or "v_rel" not in campaign.absent:
@@ -57,7 +57,7 @@ def _all(campaign: Campaign) -> dict[str, FloatArray]:
     return found
 
 
-def _growing(campaign: Campaign, steps: FloatArray) -> FloatArray:
+def _growing(campaign: BinnedTests, steps: FloatArray) -> FloatArray:
     """Return averages of what grows by these steps since each test began, on a logarithmic scale."""
     total = np.cumsum(steps)
     mean = campaign.average(total - total[campaign.point_starts][campaign.point_test])

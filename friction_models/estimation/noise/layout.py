@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 
 #: Factor on the variance of a bin that is left out.
 NO_WEIGHT = 1e6
@@ -29,7 +29,7 @@ class Layout:
     present: npt.NDArray[np.bool_]  #: Shape (tests, slots).
 
     @classmethod
-    def of(cls, campaign: Campaign) -> Layout:
+    def of(cls, campaign: BinnedTests) -> Layout:
         """Return the layout of the bins of a campaign."""
         shape = (len(campaign.tests), int(campaign.slot.max()) + 1)
         at = (campaign.test, campaign.slot)

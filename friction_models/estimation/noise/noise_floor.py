@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 from scipy.special import chdtri
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from .layout import Layout, inverse_of_roots
 
 #: Relative to the scatter of the data; keeps the covariance regular on noise-free input.
@@ -112,7 +112,7 @@ class Whitener:
 
 
 def estimate(
-    campaign: Campaign, layout: Layout, y: FloatArray, mean: FloatArray, start: NoiseFloor | None = None
+    campaign: BinnedTests, layout: Layout, y: FloatArray, mean: FloatArray, start: NoiseFloor | None = None
 ) -> NoiseFloor:
     """Estimate the noise floor by REML around a mean in the span of the columns `mean`, shape (m, p).
 
@@ -230,7 +230,7 @@ def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float
     )
 
 
-def sensor_noise(campaign: Campaign, values: FloatArray) -> float:
+def sensor_noise(campaign: BinnedTests, values: FloatArray) -> float:
     """Return the white noise of `values` at the points, shape (n,), from second differences (robust); low for interpolated points."""
     same = campaign.point_test
     second = np.diff(values, 2)[(same[2:] == same[:-2])]

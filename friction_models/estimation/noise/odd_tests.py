@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from .layout import Layout
 from .noise_floor import NoiseFloor, estimate
 from .reference import Reference
@@ -21,7 +21,7 @@ MOST_ODD = 0.06
 LEAST_TESTS = 12
 
 
-def odd_tests(campaign: Campaign, columns: FloatArray, floor: NoiseFloor | None) -> list[str]:
+def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | None) -> list[str]:
     """Return the names of tests whose level no smooth dependence on loads and metadata explains.
 
     A test is not odd where the others at its setting lie off as well: so are the law, or the scatter, there. `columns`, shape
@@ -49,7 +49,7 @@ def _of_the_others(off: FloatArray, setting: npt.NDArray[np.intp]) -> FloatArray
     return np.sqrt(np.where(others > 0, squares / np.maximum(others, 1), 0.0))
 
 
-def without_tests(campaign: Campaign, names: list[str]) -> Campaign:
+def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
     """Return the campaign without some tests, with a warning that names them."""
     keep: npt.NDArray[np.bool_] = ~np.isin(np.array(campaign.tests)[campaign.point_test], names)
     told = ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")

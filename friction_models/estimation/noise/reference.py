@@ -18,7 +18,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from ...loads import FloatArray
 from ...loads.splits import Mask
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from .layout import Layout
 from .noise_floor import NoiseFloor, Whitener
 from .reference_curves import reference_curves
@@ -46,7 +46,7 @@ class Reference:
     """
 
     def __init__(
-        self, campaign: Campaign, floor: NoiseFloor, y: FloatArray, without: frozenset[str] = frozenset()
+        self, campaign: BinnedTests, floor: NoiseFloor, y: FloatArray, without: frozenset[str] = frozenset()
     ) -> None:
         self.campaign, self.y = campaign, y
         self._floor, self._left_out, self._others = floor, without, dict[frozenset[str], Reference]()

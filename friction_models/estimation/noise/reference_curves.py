@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.curves import products, transformed
 from ..campaign.metadata import MOST_LEVELS, is_text
 from .histories import histories
@@ -36,7 +36,9 @@ class Curves:
     columns: FloatArray  #: Shape (m, k).
 
 
-def reference_curves(campaign: Campaign, without: Collection[str]) -> tuple[list[str], list[Curves], range]:
+def reference_curves(
+    campaign: BinnedTests, without: Collection[str]
+) -> tuple[list[str], list[Curves], range]:
     """Return the quantities that tell points or tests apart, curves along them and products, and the places of metadata.
 
     Names do not tell metadata from loads: a test table may state the nominal speed as ``v_rel``. It is `without` some metadata.

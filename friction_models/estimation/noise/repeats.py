@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.metadata import MOST_LEVELS, is_text
 from ..campaign.settings import SAME_SETTING, Indexes, in_units
 from .noise_floor import RepeatsNumbers
@@ -56,7 +56,7 @@ class Repeats:
         }
 
 
-def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repeats | None:
+def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Repeats | None:
     """Return the scatter of repeats, or None where too few tests repeat others.
 
     `residual`, shape (m,), is what a model leaves of mu in the bins: small differences of the loads between repeats are taken
@@ -83,7 +83,7 @@ def repeats_of(campaign: Campaign, residual: FloatArray, seed: int = 0) -> Repea
     )
 
 
-def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
+def same_settings(campaign: BinnedTests, metadata: bool = True) -> list[Indexes]:
     """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
     columns, tests = [in_units(n, level) for n, level in campaign.levels.items()], len(campaign.tests)
     for name in sorted(campaign.system) if metadata else ():
@@ -105,7 +105,7 @@ def same_settings(campaign: Campaign, metadata: bool = True) -> list[Indexes]:
     return groups
 
 
-def _square_apart(campaign: Campaign, residual: FloatArray, group: Indexes) -> float:
+def _square_apart(campaign: BinnedTests, residual: FloatArray, group: Indexes) -> float:
     """Return the sum over tests of the mean squared distance from the mean of their setting along the test."""
     curves = [residual[campaign.test == k] for k in group]
     weights = [campaign.count[campaign.test == k] for k in group]

@@ -13,7 +13,7 @@ from ...loads import FloatArray
 from ...models.base import FrictionModel
 from ...models.measures import ALLOWED, predict_points
 from ...models.tangent import MeasuredPoints
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from .candidates import evaluate_points
 
 
@@ -30,7 +30,7 @@ class BaseLaw:
     model: Any = field(default=None, repr=False)  #: The model given, for the domain and for a later refit.
 
 
-def base_law(model: Any, campaign: Campaign, seed: int = 0) -> BaseLaw:
+def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
     """Return what a model leaves to fit.
 
     A `FrictionModel`, fitted or not, says itself what may change; anything else that predicts, by ``predict(array[n, 5])``, is

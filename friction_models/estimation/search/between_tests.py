@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..noise.noise_floor import independent_columns
 from .base_law import BaseLaw
 from .candidates import Candidate
@@ -23,7 +23,7 @@ SPARE = 4
 
 
 def metadata_that_sets_tests_apart(
-    campaign: Campaign, base: BaseLaw, candidates: Sequence[Candidate]
+    campaign: BinnedTests, base: BaseLaw, candidates: Sequence[Candidate]
 ) -> FloatArray:
     """Return columns in the bins of effects of metadata that explain levels of tests beside a flexible mean, shape (m, k).
 
@@ -54,7 +54,7 @@ def _of_system(candidate: Candidate) -> bool:
     return not set(candidate.effect.driver) & set(LOAD_NAMES)
 
 
-def _of_tests(campaign: Campaign, columns: FloatArray) -> FloatArray:
+def _of_tests(campaign: BinnedTests, columns: FloatArray) -> FloatArray:
     return np.column_stack([campaign.of_tests(c) for c in columns.T])
 
 

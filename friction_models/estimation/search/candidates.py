@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from ...common import InputError
-from ...effects.base import Effect, Memory
+from ...effects.base import Effect, EffectContext
 from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ...loads.time_steps import rests, time_steps
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.metadata import metadata_spans
 
 OPS = NumpyOps()
@@ -37,7 +37,7 @@ def load_columns(loads: TriboLoads) -> LoadColumns:
     return LoadColumns(*(c[:, None] for c in loads.as_array().T))
 
 
-def spans_of(campaign: Campaign, mu: FloatArray) -> dict[str, tuple[float, ...]]:
+def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ...]]:
     """Return the range of each load and of the derived quantities that scan grids follow, and what metadata take.
 
     `mu`, shape (n,), is the friction coefficient of the base model, for friction work and flash heating.
@@ -84,7 +84,7 @@ def _span(values: FloatArray) -> tuple[float, float]:
 
 
 def evaluate(
-    effect: Effect, campaign: Campaign, mu: FloatArray, grids: Mapping[str, FloatArray]
+    effect: Effect, campaign: BinnedTests, mu: FloatArray, grids: Mapping[str, FloatArray]
 ) -> Candidate:
     """Evaluate an effect over the product of its scan values, by shape parameter, and average it into bins.
 
@@ -106,7 +106,7 @@ def evaluate(
 
 
 def evaluate_all(
-    effects: Iterable[Effect], campaign: Campaign, mu: FloatArray, spans: Mapping[str, tuple[float, ...]]
+    effects: Iterable[Effect], campaign: BinnedTests, mu: FloatArray, spans: Mapping[str, tuple[float, ...]]
 ) -> tuple[list[Candidate], list[str]]:
     """Evaluate effects over their scan values; return them with a note on each one that cannot be evaluated."""
     candidates, notes = [], []
@@ -128,7 +128,7 @@ def _scan_values(effect: Effect, spans: Mapping[str, tuple[float, ...]]) -> dict
 
 
 def evaluate_points(
-    effect: Effect, campaign: Campaign, mu: FloatArray, shape: Mapping[str, FloatArray | float]
+    effect: Effect, campaign: BinnedTests, mu: FloatArray, shape: Mapping[str, FloatArray | float]
 ) -> tuple[FloatArray, ...]:
     """Return the basis of an effect on all points, one array [n, g] an amplitude."""
     L = load_columns(campaign.loads)
@@ -136,7 +136,7 @@ def evaluate_points(
     state: dict[str, FloatArray] = {}
     if effect.states:
         state = integrate(effect, campaign, mu, shape)
-    memory = Memory(mu=mu[:, None], state=state, system=system)
+    memory = EffectContext(mu=mu[:, None], state=state, system=system)
     columns = _called(effect, "basis", len(effect.amplitudes), OPS, L, shape, memory)
     if not any(np.isfinite(c).any() for c in columns):
         raise InputError(
@@ -147,7 +147,7 @@ def evaluate_points(
 
 def contribution(
     effect: Effect,
-    campaign: Campaign,
+    campaign: BinnedTests,
     mu: FloatArray,
     shape: Mapping[str, FloatArray | float],
     amplitudes: Iterable[float],
@@ -179,7 +179,7 @@ def _called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatAr
 
 
 def integrate(
-    effect: Effect, campaign: Campaign, mu: FloatArray, shape: Mapping[str, FloatArray | float]
+    effect: Effect, campaign: BinnedTests, mu: FloatArray, shape: Mapping[str, FloatArray | float]
 ) -> dict[str, FloatArray]:
     """Advance the states of an effect through every test, all tests and parameter sets side by side.
 
@@ -204,12 +204,14 @@ def integrate(
         rows = campaign.point_starts[running] + step
         L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
         old = {name: c[running] for (name, _), c in zip(effect.states, current, strict=True)}
-        memory = Memory(mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()})
+        memory = EffectContext(
+            mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()}
+        )
         if pause[rows].any():  # the contact stood still first, then slid up to here
             still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
             held = _called(effect, "advance", len(current), OPS, still, shape, memory, pause[rows, None])
             old = {name: v for (name, _), v in zip(effect.states, held, strict=True)}
-            memory = Memory(mu=memory.mu, state=old, system=memory.system)
+            memory = EffectContext(mu=memory.mu, state=old, system=memory.system)
         new = _called(effect, "advance", len(current), OPS, L, shape, memory, (dt - pause)[rows, None])
         for k, value in enumerate(new):
             current[k][running] = value

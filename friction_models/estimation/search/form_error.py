@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.curves import curve, transformed
 from ..noise.noise_floor import Whitener
 from .scan import Fit, Projector, drops
@@ -28,7 +28,7 @@ WORTH = 0.1
 class FormErrors:
     """Deviations along the loads of a campaign, whitened and without what the base can follow."""
 
-    def __init__(self, campaign: Campaign, whiten: Whitener, project: Projector) -> None:
+    def __init__(self, campaign: BinnedTests, whiten: Whitener, project: Projector) -> None:
         self.campaign, self.whiten, self.project = campaign, whiten, project
         self.curves: dict[str, FloatArray] = {}
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..noise.noise_floor import Whitener
 from .scan import Prepared, drops
 
@@ -21,7 +21,7 @@ RANGES = 25
 
 
 def physical_sets(
-    campaign: Campaign,
+    campaign: BinnedTests,
     prepared: Prepared,
     residual: FloatArray,
     whiten: Whitener,

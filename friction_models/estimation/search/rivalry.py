@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from .scan import Fit, Projector
 from .search_round import SearchRound
 
@@ -56,7 +56,7 @@ class Rivalry:
         return float(np.sum(self.lead) / max(float(spread), 1e-150))
 
 
-def rivalry(campaign: Campaign, found: SearchRound, some: Sequence[Fit], others: Sequence[Fit]) -> Rivalry:
+def rivalry(campaign: BinnedTests, found: SearchRound, some: Sequence[Fit], others: Sequence[Fit]) -> Rivalry:
     """Compare two sets of effects, fitted beside the base with the shapes of the search, on all tests."""
     y = found.whiten(found.y)
     first, second = (Projector(found.whiten(found.columns_with(fits)))(y) for fits in (some, others))

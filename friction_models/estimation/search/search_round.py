@@ -9,7 +9,7 @@ import numpy as np
 
 from ...loads import FloatArray
 from ...models.tangent import polynomial_columns
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.curves import on_scale
 from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate, independent_columns
@@ -105,7 +105,7 @@ class SearchRound:
         return self.beyond_base(fit.binned)
 
 
-def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
+def flexible_mean(campaign: BinnedTests, base: FloatArray) -> FloatArray:
     """Return bin means of columns that follow more than the base [n, p]: second order and curves along each load.
 
     With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
@@ -115,7 +115,7 @@ def flexible_mean(campaign: Campaign, base: FloatArray) -> FloatArray:
     return np.column_stack([campaign.average(base), campaign.smooth])
 
 
-def _smooth_columns(campaign: Campaign) -> FloatArray:
+def _smooth_columns(campaign: BinnedTests) -> FloatArray:
     tests = len(campaign.tests)
     z = polynomial_columns(campaign.loads, 1)
     columns = []
@@ -132,13 +132,13 @@ def _smooth_columns(campaign: Campaign) -> FloatArray:
     return np.column_stack(columns)
 
 
-def _log_speed(campaign: Campaign) -> FloatArray:
+def _log_speed(campaign: BinnedTests) -> FloatArray:
     """Return the speed at every point on the scale of its curves, centred and scaled, shape (n, 1)."""
     w = on_scale("v_rel", campaign.loads.v_rel)
     return ((w - w.mean()) / max(float(w.std()), 1e-12))[:, None]
 
 
-def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
+def distrust_outliers(campaign: BinnedTests, base: BaseLaw) -> NoiseFloor | None:
     """Take the weight from bins that lie far off the other bins of their test (two passes).
 
     If more than one bin in fifty lies far off, all keep their weight: so many show structure, not outliers. Returns a first
@@ -169,7 +169,7 @@ def distrust_outliers(campaign: Campaign, base: BaseLaw) -> NoiseFloor | None:
 
 
 def search(
-    campaign: Campaign,
+    campaign: BinnedTests,
     base: BaseLaw,
     terms: FloatArray | None,
     candidates: list[Candidate],
@@ -261,7 +261,7 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
     return ranking
 
 
-def _freedom(campaign: Campaign, mean: FloatArray) -> Freedom:
+def _freedom(campaign: BinnedTests, mean: FloatArray) -> Freedom:
     """Return what a flexible mean leaves to estimate the scatter between tests, and slow noise along them."""
     levels = np.column_stack([campaign.of_tests(column) for column in mean.T])
     # columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test

@@ -14,7 +14,7 @@ from typing import TypedDict
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.curves import curve, products, spline_columns, transformed
 from ..campaign.metadata import is_text
 from .scan import Fit, Projector
@@ -61,7 +61,7 @@ class Misfit:
     p_value: float = 1.0
 
 
-def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatArray, seed: int) -> Misfit:
+def own_misfit(campaign: BinnedTests, found: SearchRound, fit: Fit, signal: FloatArray, seed: int) -> Misfit:
     """Test whether curves along the loads of an effect fit the residual better than noise does.
 
     `signal`, shape (m, k), are whitened columns of all effects found.
@@ -78,7 +78,7 @@ def own_misfit(campaign: Campaign, found: SearchRound, fit: Fit, signal: FloatAr
 
 
 def _noise(
-    campaign: Campaign, found: SearchRound, residual: FloatArray, seed: int, fitted: int = 0
+    campaign: BinnedTests, found: SearchRound, residual: FloatArray, seed: int, fitted: int = 0
 ) -> FloatArray:
     """Return whitened data in which nothing of a residual is missing, shape (m, replicates); `fitted` numbers were fitted to it."""
     setting, level = campaign.setting[campaign.test], found.whiten(np.ones(len(found.y)))
@@ -86,7 +86,7 @@ def _noise(
     return null_noise(residual, level, setting, found.freedom, rng, REPLICATES, fitted)
 
 
-def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
+def find_structure(campaign: BinnedTests, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
     """Look for structure beyond the base and the whitened columns `signal` of the effects found, shape (m, k); k may be 0."""
     names = [n for n in LOAD_NAMES if campaign.varies(n)]
     curves = {n: curve(transformed(campaign, n), 3) for n in names}
@@ -125,7 +125,9 @@ def find_structure(campaign: Campaign, found: SearchRound, signal: FloatArray, s
     )
 
 
-def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatArray, excess: float) -> float:
+def _rms(
+    campaign: BinnedTests, found: SearchRound, q: FloatArray, residual: FloatArray, excess: float
+) -> float:
     """Return the rms in mu of a whitened fit, shrunk to the part that is not noise."""
     fit = np.linalg.inv(found.whiten.inverse) @ found.whiten.layout.pad((q @ (q.T @ residual))[:, None])
     values = found.beyond_base(fit[campaign.test, campaign.slot, 0])
@@ -134,7 +136,7 @@ def _rms(campaign: Campaign, found: SearchRound, q: FloatArray, residual: FloatA
     return float(np.sqrt(max(mean_square * max(excess, 0.0) / max(power, 1e-300), 0.0)))
 
 
-def places_of(campaign: Campaign, difference: FloatArray, metadata: Sequence[str]) -> list[StructurePlace]:
+def places_of(campaign: BinnedTests, difference: FloatArray, metadata: Sequence[str]) -> list[StructurePlace]:
     """Return along which loads and metadata a difference of two predictions in the bins, shape (m,), runs, the strongest first.
 
     `metadata` are columns of the test table that count, too.
@@ -174,7 +176,7 @@ def places_of(campaign: Campaign, difference: FloatArray, metadata: Sequence[str
     ]
 
 
-def _metadata_curve(campaign: Campaign, name: str) -> FloatArray:
+def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:
     """Return columns of a curve along metadata in the bins: its levels where there are few, else powers."""
     values = campaign.average(campaign.system[name][:, 0])
     levels = np.unique(values)
@@ -188,7 +190,7 @@ def _with_products(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.column_stack([a, b, products(a[:, :3], b[:, :3])])
 
 
-def _described(campaign: Campaign, key: tuple[str, ...], fit: FloatArray, share: float) -> StructurePlace:
+def _described(campaign: BinnedTests, key: tuple[str, ...], fit: FloatArray, share: float) -> StructurePlace:
     """Return in which part of the range a fit in the bins is strong, and its shape."""
     weight = np.abs(fit)
     strong = weight >= np.quantile(weight, 0.8)

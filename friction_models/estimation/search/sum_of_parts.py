@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.curves import spline_columns
 from ..noise.noise_floor import Whitener
 from .scan import VISIBLE, Fit, Projector, best_fit
@@ -20,7 +20,7 @@ KNOTS = 8
 
 
 def shown_by_parts(
-    campaign: Campaign, ranking: Sequence[Fit], residual: FloatArray, whiten: Whitener, project: Projector
+    campaign: BinnedTests, ranking: Sequence[Fit], residual: FloatArray, whiten: Whitener, project: Projector
 ) -> frozenset[str]:
     """Return the effects that show nothing beyond a sum of curves along each of their loads.
 
@@ -54,7 +54,7 @@ def _drivers(fit: Fit) -> frozenset[str]:
 
 
 def _own_gain(
-    campaign: Campaign, fit: Fit, residual: FloatArray, whiten: Whitener, project: Projector
+    campaign: BinnedTests, fit: Fit, residual: FloatArray, whiten: Whitener, project: Projector
 ) -> float:
     """Return the gain of an effect, at its best shape, beyond curves along each of its loads."""
     curves = spline_columns(campaign, fit.effect.driver, KNOTS)

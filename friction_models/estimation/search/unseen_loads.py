@@ -13,7 +13,7 @@ import numpy as np
 from ...effects.base import Effect
 from ...loads import FloatArray
 from ...loads.time_steps import rests, time_steps
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from ..campaign.metadata import recorded
 from .scan import Fit
 
@@ -28,7 +28,7 @@ WITHIN = 1e-3
 
 
 def testable(
-    effects: list[Effect], campaign: Campaign, taken: tuple[str, ...]
+    effects: list[Effect], campaign: BinnedTests, taken: tuple[str, ...]
 ) -> tuple[list[Effect], list[str]]:
     """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
     usable, notes = [], []
@@ -44,7 +44,7 @@ def testable(
     return usable, notes
 
 
-def _not_tested(effect: Effect, campaign: Campaign) -> str | None:
+def _not_tested(effect: Effect, campaign: BinnedTests) -> str | None:
     """Return why these data cannot say anything about an effect; None where they can."""
     if without := effect.lacking(campaign.absent):
         return f"it needs {' and '.join(without)}, which the data lack"
@@ -58,7 +58,7 @@ def _not_tested(effect: Effect, campaign: Campaign) -> str | None:
     return "; ".join(recorded(campaign.loads, m) for m in absent) if absent else None
 
 
-def constant(effect: Effect, campaign: Campaign) -> list[str]:
+def constant(effect: Effect, campaign: BinnedTests) -> list[str]:
     """Return the loads that an effect needs and that do not vary in the data.
 
     A memory of the speed shows after changes of it, so `v_rel` has to vary within tests; a rest counts, too.
@@ -72,7 +72,7 @@ def constant(effect: Effect, campaign: Campaign) -> list[str]:
     return [n for n in effect.needed_loads if not shown(n)]
 
 
-def within_share(campaign: Campaign, name: str) -> float:
+def within_share(campaign: BinnedTests, name: str) -> float:
     """Return the share of the variance of a load that lies within tests, beyond the noise of its sensor."""
     points = getattr(campaign.loads, name)
     values = campaign.average(points)
@@ -83,7 +83,7 @@ def within_share(campaign: Campaign, name: str) -> float:
     return max(inside, 0.0) / whole if whole > 0 else 0.0
 
 
-def _noise_within(campaign: Campaign, points: FloatArray) -> float:
+def _noise_within(campaign: BinnedTests, points: FloatArray) -> float:
     """Return what white noise, known from second differences along each test, adds to the squares within tests."""
     test, tests = campaign.point_test, len(campaign.tests)
     along = test[2:] == test[:-2]
@@ -92,12 +92,12 @@ def _noise_within(campaign: Campaign, points: FloatArray) -> float:
     return float((np.bincount(campaign.test, minlength=tests) - 1) @ (second / known))
 
 
-def _rested(campaign: Campaign) -> bool:
+def _rested(campaign: BinnedTests) -> bool:
     dt = time_steps(campaign.loads, campaign.point_starts)
     return bool(rests(campaign.loads, dt).any())
 
 
-def varied_first(campaign: Campaign, ranking: list[Fit]) -> list[Fit]:
+def varied_first(campaign: BinnedTests, ranking: list[Fit]) -> list[Fit]:
     """Move an effect whose loads all vary to the front, if it explains about as much as the first one.
 
     An effect with a constant load depends on its other loads only, so these data cannot prefer it to an effect of those
@@ -115,7 +115,7 @@ def varied_first(campaign: Campaign, ranking: list[Fit]) -> list[Fit]:
     return ranking
 
 
-def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[float, list[str]]:
+def doubts(campaign: BinnedTests, verdict: str, chosen: Sequence[Fit]) -> tuple[float, list[str]]:
     """Return the largest confidence that the recorded loads allow for a verdict that names the `chosen` effects, and the reasons."""
     if verdict == "out_of_domain":
         return 1.0, []
@@ -147,7 +147,7 @@ def doubts(campaign: Campaign, verdict: str, chosen: Sequence[Fit]) -> tuple[flo
     return (EITHER if notes else 1.0), notes
 
 
-def other_speed(campaign: Campaign) -> bool:
+def other_speed(campaign: BinnedTests) -> bool:
     """Return whether distance over time contradicts `v_rel` in most tests."""
     loads = campaign.loads
     if loads.t is None or {"v_rel", "sd"} & set(campaign.absent):

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from ...loads import FloatArray
-from ..campaign.binning import Campaign
+from ..campaign.binning import BinnedTests
 from .candidates import Candidate
 from .form_error import FORM_ERROR
 from .scan import Fit
@@ -72,7 +72,7 @@ def needed_offset(fit: Fit) -> tuple[float, float]:
     return float(fit.amplitudes[0]) * s_0, s_0 / float(np.sqrt(max(square, 1e-300)))
 
 
-def read_zero(campaign: Campaign, sensor: float) -> ZeroReading | None:
+def read_zero(campaign: BinnedTests, sensor: float) -> ZeroReading | None:
     """Return what the test table says about the zero of the friction cell; None where it says nothing.
 
     `sensor` is the noise of mu from sample to sample.
@@ -98,7 +98,7 @@ def read_zero(campaign: Campaign, sensor: float) -> ZeroReading | None:
     return ZeroReading(min(kept, reading), max(kept, reading), max(std, 1e-12), spread, typical)
 
 
-def expected(campaign: Campaign, sensor: float, fault: Fit, seconds: float) -> float:
+def expected(campaign: BinnedTests, sensor: float, fault: Fit, seconds: float) -> float:
     """Return the standard errors by which a reading without load of some seconds should decide about `force_zero`.
 
     The smaller value of two cases counts: the offset is as large as `fault` needs, or there is none. `sensor` is the noise of
@@ -110,7 +110,7 @@ def expected(campaign: Campaign, sensor: float, fault: Fit, seconds: float) -> f
     return min(there.present, not_there.against(needed, error))
 
 
-def _repeats(campaign: Campaign) -> float:
+def _repeats(campaign: BinnedTests) -> float:
     """Return the standard deviation of the zero from test to test, as friction stress [MPa]; 0 where it is not known."""
     table = campaign.loads.context
     if table is None or BEFORE not in table.columns or AREA not in table.columns:
@@ -126,7 +126,7 @@ def _numbers(rows: pd.DataFrame, name: str) -> FloatArray:
 
 
 def judge_zero(
-    campaign: Campaign, found: SearchRound, candidates: list[Candidate]
+    campaign: BinnedTests, found: SearchRound, candidates: list[Candidate]
 ) -> tuple[list[Candidate], list[str]]:
     """Let a reading without load decide between `force_zero` and the laws of pressure.
 

@@ -12,7 +12,7 @@ from friction_models.discovery import diagnose
 from friction_models.discovery.effect_search import EffectSearch
 from friction_models.discovery.judge.unseen_tests import UnseenTests
 from friction_models.effects import make_effect
-from friction_models.estimation.campaign.binning import Campaign, prepare
+from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.noise.odd_tests import odd_tests
 from friction_models.estimation.search.base_law import base_law
 from friction_models.estimation.search.candidates import evaluate_all, spans_of
@@ -34,7 +34,7 @@ def readings(seed: int, of_a_setting: float = 0.003, noise: float = 0.0005) -> p
     return pd.DataFrame(rows)
 
 
-def blocks(campaign: Campaign, of_each_test: np.ndarray) -> np.ndarray:
+def blocks(campaign: BinnedTests, of_each_test: np.ndarray) -> np.ndarray:
     return of_each_test[np.argsort(campaign.tests)].reshape(-1, READINGS)
 
 

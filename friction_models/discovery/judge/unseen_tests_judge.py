@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...estimation.campaign.binning import Campaign
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.repeats import repeats_of
 from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.scan import Fit
@@ -46,10 +46,12 @@ RIVALS = 4
 BEYOND_REPEATS = 0.25
 
 
-class Confirm:
+class UnseenTestsJudge:
     """The judge of one diagnosis; the search gives the noise by which bins are weighed."""
 
-    def __init__(self, campaign: Campaign, unseen: UnseenTests, found: SearchRound, further: Further) -> None:
+    def __init__(
+        self, campaign: BinnedTests, unseen: UnseenTests, found: SearchRound, further: Further
+    ) -> None:
         self.campaign, self.unseen, self.found, self.further = campaign, unseen, found, further
         self.straight = StraightFits(campaign, unseen, found)
         self.beside = BesideReference(campaign, unseen, found)
