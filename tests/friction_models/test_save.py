@@ -109,6 +109,22 @@ def test_saving_replaces_a_model_but_nothing_else(tmp_path: Path) -> None:
     assert not (tmp_path / "n").exists()
 
 
+@pytest.mark.parametrize("name", ["parameters.npz", "model.onnx"])
+def test_a_file_of_another_model_is_refused(linear: Path, tmp_path: Path, name: str) -> None:
+    other = make_model("linear").fit_frame(FRAME.assign(mu=FRAME["mu"] + 0.02)).save(tmp_path / "other")
+    (linear / name).write_bytes((other / name).read_bytes())
+    refused(linear, f"{name} and card.json are of two models (SHA-256 ")
+    # The card of an earlier version names no hashes.
+    edit_card(linear, lambda card: card.pop("sha256"))
+    assert load_model(linear).family == "linear"
+
+
+@pytest.mark.parametrize("nonsense", [None, 5, [], {}, {"parameters.npz": 1, "model.onnx": []}])
+def test_hashes_that_are_none_are_refused(linear: Path, nonsense: Any) -> None:
+    edit_card(linear, lambda card: card.update(sha256=nonsense))
+    refused(linear, "parameters.npz and card.json are of two models")
+
+
 @pytest.mark.parametrize("name", ["card.json", "parameters.npz"])
 def test_a_missing_file_is_named(linear: Path, name: str) -> None:
     (linear / name).unlink()
