@@ -53,13 +53,15 @@ def _known(units: dict[str, str]) -> dict[str, str]:
     """Return the project's unit of each result that is a load, mu, a stroke or a force.
 
     What is called like one and measures something else is left alone, unless all that makes a process stands beside it.
+    A pure number is a value of an FMU that states no unit.
     """
     known = {}
     for label, unit in units.items():
         component, _, name = label.rpartition(".")
         beside = _FORCE_CURVE if name in _FORCE_CURVE else LOAD_NAMES
         if name in _UNITS and (
-            spelling(unit) in units_like(_UNITS[name]) or all(f"{component}.{n}" in units for n in beside)
+            spelling(unit) in units_like(_UNITS[name])
+            or (spelling(unit) != "1" and all(f"{component}.{n}" in units for n in beside))
         ):
             known[label] = _UNITS[name]
     return known

@@ -47,6 +47,8 @@ def written(path: Path, name: str = "", change: Change | None = None) -> Path:
 def test_what_is_no_load_or_force_keeps_its_unit(tmp_path: Path) -> None:
     same = read_results(written(tmp_path / "same.nc"))
     assert same.values.keys() == same.units.keys() == VALUES.keys()
+    told = read_results(written(tmp_path / "told.nc", "forming.force", lambda _, a: ("1", a)))
+    np.testing.assert_array_equal(told.values["forming.force"], same.values["forming.force"])
     assert same.units["motor.T"] == "N.m" and same.units["oil.sigma_n"] == "MPa"
     np.testing.assert_array_equal(same.values["oil.sigma_n"], 1000.0)
 
