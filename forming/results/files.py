@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.common import InputError
+from friction_models.common import InputError, given_path
 from friction_models.common.netcdf_files import read_numbers
 from friction_models.common.netcdf_quantities import check_shapes, in_units
 from friction_models.loads import LOADS
@@ -30,7 +30,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
 
     Raises InputError: files are missing or cannot be read.
     """
-    place = Path(folder)
+    place = given_path(folder, "a forming result")
     for name in ("forming.json", "force.csv", "contact.nc"):
         if not (place / name).is_file():
             raise InputError(f"{place}: not the folder of a forming result ({name} is missing)")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..common import InputError, check_readable
+from ..common import InputError, check_readable, given_path
 from ..common.files import DAMAGED
 from ..common.json_values import JsonObject
 from ..expressions.parameters import first_line
@@ -47,7 +47,7 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
     >>> model.value
     0.08
     """
-    source = Path(folder)
+    source = given_path(folder, "a saved model")
     if not source.is_dir():
         raise InputError(f"{source}: no such folder; allowed: a folder written by save()")
     card = read_card(source / CARD)

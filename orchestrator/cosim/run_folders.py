@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from friction_models.common import InputError, atomic_folder, unknown_name, write_json
+from friction_models.common import InputError, atomic_folder, given_path, unknown_name, write_json
 from friction_models.common.cached_results import path_digest
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
@@ -117,7 +117,7 @@ class Run(Drawn):
         InputError
             Not a run folder, its files cannot be read, or the run stopped.
         """
-        place = Path(folder)
+        place = given_path(folder, "a run folder")
         for name in ("manifest.json", "results.nc"):
             if not (place / name).is_file():
                 raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")

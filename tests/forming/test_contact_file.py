@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import xarray
 
 from forming.results.contact_history import ContactHistory
 from forming.results.files import _read_contact
-from forming.results.result import contact_dataset
+from forming.results.result import FormingResult, contact_dataset
 from friction_models.common import InputError
 from friction_models.common.netcdf_files import Dataset, NetcdfVariable, write_dataset
 
@@ -132,3 +133,9 @@ def test_what_is_not_finite_is_refused(tmp_path: Path, name: str, words: str) ->
     file = changed(tmp_path / "contact.nc", name, lambda v: v._replace(values=v.values * np.nan))
     with pytest.raises(InputError, match=rf"contact\.nc: .*{words}"):
         _read_contact(file)
+
+
+def test_a_result_shows_itself_on_one_line() -> None:
+    stroke = np.array([0.0, 5.0, 10.0])
+    result = FormingResult(stroke, 10.0 * stroke, stroke, 0.1, 0.0, 0.0, 0.0, 2, 0, 0, history())
+    assert re.fullmatch(r"FormingResult\(2 steps to 10 mm, max_force=\S+ kN, ok\)", repr(result))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from friction_models import load_model
 from friction_models.common import InputError
 from friction_models.families.registry import make_model
+from friction_models.loads import DataSet
 
 from .made_up import anywhere, campaign
 
@@ -325,3 +326,11 @@ def test_any_single_edit_of_a_number_loads_or_is_refused(folders: dict[str, Path
                     assert "\n" not in str(error)
                 else:
                     assert np.isfinite(mu).all() and (mu >= 0).all()
+
+
+@pytest.mark.parametrize("nonsense", [None, 5, b"model", ["model"]])
+def test_what_is_no_path_is_refused(nonsense: Any) -> None:
+    with pytest.raises(InputError, match=r"is no path; allowed: the path of a saved model$"):
+        load_model(nonsense)
+    with pytest.raises(InputError, match="allowed: the path of a data set"):
+        DataSet.load(nonsense)
