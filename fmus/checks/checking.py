@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from friction_models.common import given_path
 from friction_models.common.processes.child_processes import python_command
 
 from ..archive.content import read_archive, read_description
@@ -57,7 +58,7 @@ def check(
         ...
     friction_models.common.errors.InputError: no-such.fmu: no such FMU
     """
-    file = Path(path)
+    file = given_path(path, "an FMU")
     root = read_description(file)
     members = read_archive(file)
     report = CheckReport(file, _title(root))

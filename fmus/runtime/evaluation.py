@@ -189,7 +189,7 @@ class Elsewhere:
             return np.asarray(self._apart.call("values", *arguments), dtype=float)
         except Died as end:
             self._apart = None
-            raise FmuError(f"{self._path}: {end}") from None
+            raise FmuError(str(end)) from None
 
 
 def _short_step(fmu: UnpackedFmu) -> float:

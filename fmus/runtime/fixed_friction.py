@@ -18,6 +18,7 @@ from ..archive.made_here import runs_apart
 from ..interface.friction_source import FrictionSource, parse_source
 from .evaluation import Elsewhere, Evaluation
 from .friction_names import FrictionNames
+from .running import FmuError
 
 if TYPE_CHECKING:  # co-simulation names FMUs of others without pandas
     import pandas as pd
@@ -184,7 +185,10 @@ class FmuModel:
 
     def _values(self, *arguments: Any) -> FloatArray:
         """Return what `Evaluation.values` returns, here or in another process."""
-        return (self._elsewhere or self._evaluation).values(*arguments)
+        try:
+            return (self._elsewhere or self._evaluation).values(*arguments)
+        except FmuError as error:
+            raise FmuError(f"{self.path}: {error}") from None
 
 
 def _packed_model(model: Path, path: Path, names: FrictionNames | None) -> FrictionSource | None:

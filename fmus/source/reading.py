@@ -8,6 +8,7 @@ from pathlib import Path
 
 from friction_models.common import InputError, check_readable
 from friction_models.common.files import read_json
+from friction_models.models.folder_members import CARD, ONNX, check_members
 
 from ..interface.friction_source import MAX_ONNX_BYTES, FrictionSource, parse_source
 
@@ -47,11 +48,11 @@ def read_source(
         path = Path(model)
         home: Path | None = None
         if path.is_dir():
-            if not (path / "model.onnx").is_file():
+            if not (path / ONNX).is_file():
                 raise InputError(
                     f"{path}: no model.onnx in this folder; allowed: a folder written by save(), or an ONNX file"
                 )
-            home, path = path, path / "model.onnx"
+            home, path = path, path / ONNX
         if not path.is_file():
             raise InputError(f"{path}: no such file or folder; allowed: a saved model folder or an ONNX file")
         check_readable(path, MAX_ONNX_BYTES)
@@ -59,7 +60,7 @@ def read_source(
 
         content = self_contained(path.read_bytes(), path, MAX_ONNX_BYTES)
         source = _file_source(content, str(path), spec, target)
-        if home is not None and (home / "card.json").is_file():
+        if home is not None and (home / CARD).is_file():
             _check_card(source, home)
         return source
     if spec is not None:
@@ -70,14 +71,15 @@ def read_source(
             f"model is a {type(model).__name__}; allowed: a friction model, a folder it was saved to, or an ONNX file"
         )
     with tempfile.TemporaryDirectory(prefix="tribofmu-") as folder:
-        written = Path(folder) / "model.onnx"
+        written = Path(folder) / ONNX
         export(written)
         return parse_source(written.read_bytes(), type(model).__name__)
 
 
 def _check_card(source: FrictionSource, folder: Path) -> None:
     """Raise InputError: the graph in a model folder is that of another model than the one that commands predict with."""
-    card = read_json(folder / "card.json")
+    card = read_json(folder / CARD)
+    check_members(folder, card)
     for key in ("family", "formula", "domain", "data"):
         if key in source.card and key in card and source.card[key] != card[key]:
             raise InputError(

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from friction_models.common import InputError
+from friction_models.common import InputError, given_path
 from friction_models.common.netcdf_files import read_numbers
+from friction_models.common.netcdf_quantities import check_shapes, in_units
 from friction_models.loads import LOADS
 
 from .contact_history import ContactHistory
@@ -29,7 +30,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
 
     Raises InputError: files are missing or cannot be read.
     """
-    place = Path(folder)
+    place = given_path(folder, "a forming result")
     for name in ("forming.json", "force.csv", "contact.nc"):
         if not (place / name).is_file():
             raise InputError(f"{place}: not the folder of a forming result ({name} is missing)")
@@ -67,14 +68,24 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
 
 def _read_contact(path: Path) -> ContactHistory:
     loads = [q.name for q in LOADS]
-    found = read_numbers(path, ["stroke", *loads, "active", "mu", "r", "z", "tau_over_k"], _MOST).values
+    points = [*loads, "active", "mu", "r", "z", "tau_over_k"]
+    numbers = read_numbers(path, ["stroke", *points], _MOST)
     stated = [name + ERROR for name in loads]
+    units = {"stroke": "mm", "r": "mm", "z": "mm", "mu": "1", "tau_over_k": "1"}
+    units |= {name: q.unit for q in LOADS for name in (q.name, q.name + ERROR)}
+    found = in_units(numbers, units, path, differences=stated)
+    known = all(name in found for name in stated)
+    check_shapes(found, [*points, *stated] if known else points, found["stroke"], path)
+    active = found["active"] > 0
+    for name in loads:
+        if not np.isfinite(found[name][active]).all():
+            raise InputError(f"{path}: variable {name!r} is not finite in contact; allowed: finite numbers")
     return ContactHistory(
         stroke=found["stroke"],
         loads=np.stack([found[name] for name in loads], axis=2),
-        active=found["active"] > 0,
+        active=active,
         mu=found["mu"],
         position=np.stack([found["r"], found["z"]], axis=2),
         tau_over_k=found["tau_over_k"],
-        errors=np.stack([found[n] for n in stated], axis=2) if all(n in found for n in stated) else None,
+        errors=np.stack([found[name] for name in stated], axis=2) if known else None,
     )

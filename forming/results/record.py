@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from friction_models.common.wording import counted
+
 from ..fe.mesh.shape import FloatArray
 from .contact_history import ContactHistory
 from .ejection_result import EjectionResult
@@ -17,7 +19,7 @@ if TYPE_CHECKING:  # FMUs of the solver start without pandas
     import pandas as pd
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FormingRecord:
     """Numbers of a forming run; arrays have one entry per communication step.
 
@@ -75,6 +77,10 @@ class FormingRecord:
     heat_balance: float = 0.0
     warnings: tuple[str, ...] = ()
     ejection: EjectionResult | None = None
+
+    def __repr__(self) -> str:
+        size = f"{counted(max(len(self.stroke) - 1, 0), 'step')} to {self.stroke[-1] if len(self.stroke) else 0.0:g} mm"
+        return f"{type(self).__name__}({size}, max_force={self.max_force:.4g} kN, {self.status})"
 
     @property
     def smooth_force(self) -> FloatArray:

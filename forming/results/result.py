@@ -27,7 +27,7 @@ CURVES = {"stroke": "mm", "force": "kN", "work": "J", "compression": "mm", "expa
 ERROR = "_error"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FormingResult(FormingRecord):
     """Result of a forming run: a `FormingRecord` that can be drawn, saved and reported.
 

@@ -3,7 +3,7 @@
 `processes` holds what starts and limits processes, `imports` what is imported at first use or only where it is installed.
 """
 
-from .errors import InputError, check_readable, inert, nearest, shown, unknown_name
+from .errors import InputError, check_readable, given_path, inert, nearest, shown, unknown_name
 from .files import atomic_folder, atomic_path, check_file, write_json, write_text
 from .folders import check_folder, check_outputs, grown
 
@@ -15,6 +15,7 @@ __all__ = [
     "check_folder",
     "check_outputs",
     "check_readable",
+    "given_path",
     "grown",
     "inert",
     "nearest",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -61,10 +62,27 @@ def unknown_name(kind: str, name: object, allowed: Iterable[str], where: str = "
     return InputError(f"{place}unknown {kind} {str(name)!r}; allowed: {', '.join(names)}{guess}")
 
 
+def given_path(value: object, allowed: str) -> Path:
+    """Return a path that was given as text or as a path; `allowed` says of what.
+
+    Raises InputError: something else.
+
+    Examples
+    --------
+    >>> given_path(None, "a model folder")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: None is no path; allowed: the path of a model folder
+    """
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(f"{shown(repr(value), 60)} is no path; allowed: the path of {allowed}")
+    return Path(value)
+
+
 def check_readable(file: Path, most: float = math.inf, allowed: str = "a file") -> None:
     """Check that a file is there and not larger than `most` bytes; `allowed` says what it should be.
 
-    Raises InputError: no such file, a folder, or too large.
+    Raises InputError: no such file, a folder, a pipe or the like, a link that leads nowhere, or too large.
 
     Examples
     --------
@@ -74,7 +92,12 @@ def check_readable(file: Path, most: float = math.inf, allowed: str = "a file") 
     friction_models.common.errors.InputError: no.yaml: no such file; allowed: a YAML file
     """
     if not file.is_file():
-        found = "is a folder" if file.is_dir() else "no such file"
+        if file.is_dir():
+            found = "is a folder"
+        elif file.exists():
+            found = "is a pipe or a device"
+        else:
+            found = "is a link that leads to no file" if file.is_symlink() else "no such file"
         raise InputError(f"{file}: {found}; allowed: {allowed}")
     if (size := file.stat().st_size) > most:
         raise InputError(f"{file}: {size} bytes, allowed: at most {most}")

@@ -190,6 +190,10 @@ def compare(
     >>> print(found.report().splitlines()[0])
     high is clearly ahead of low on 6 tests (6 points)
     """
+    if not isinstance(models, Mapping):
+        raise InputError(
+            f"compare: models is a {type(models).__name__}; allowed: a mapping from names to models"
+        )
     if not models:
         raise InputError("compare: no model was given; allowed: at least one")
     campaign = prepare(data, tests)

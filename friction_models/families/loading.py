@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..common import InputError, check_readable
+from ..common import InputError, check_readable, given_path
 from ..common.files import DAMAGED
 from ..common.json_values import JsonObject
 from ..expressions.parameters import first_line
 from ..models.base import FrictionModel
-from ..models.saving import ARRAYS, CARD, ONNX, TEXT
+from ..models.folder_members import ARRAYS, CARD, ONNX, TEXT, check_members
 from .composed import ComposedFriction
 from .registry import model_class
 
@@ -34,7 +34,7 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
     Raises
     ------
     InputError
-        A file is missing, too large or not what it should be, or its content does not make a model.
+        A file is missing, too large, not what it should be or of another model, or its content does not make a model.
 
     Examples
     --------
@@ -47,27 +47,29 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
     >>> model.value
     0.08
     """
-    source = Path(folder)
+    source = given_path(folder, "a saved model")
     if not source.is_dir():
         raise InputError(f"{source}: no such folder; allowed: a folder written by save()")
-    content = read_card(source / CARD)
+    card = read_card(source / CARD)
+    content: JsonObject = card["model"]
     arrays = read_arrays(source / ARRAYS)
     try:
         family = str(content["family"])
         kind = ComposedFriction if family == ComposedFriction.family else model_class(family)
         model = kind.from_parts(content, arrays)
         model.check_alone()
-        return model
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
         raise InputError(
             f"{source / CARD}: does not describe a model ({type(error).__name__}: {first_line(error)})"
         ) from None
+    check_members(source, card)
+    return model
 
 
 def read_card(file: Path) -> JsonObject:
-    """Return the part of `card.json` that makes the model."""
+    """Return what `card.json` holds; its part `model` makes the model."""
     check_readable(file, MAX_CARD_BYTES, _SAVED)
     try:
         card = json.loads(file.read_text(encoding="utf-8"))
@@ -77,10 +79,9 @@ def read_card(file: Path) -> JsonObject:
         raise InputError(f"{file}: not the card of a friction model; allowed: a file written by save()")
     if card.get("format_version") != 1:
         raise InputError(f"{file}: format_version {card.get('format_version')!r:.40}, allowed: 1")
-    content = card.get("model")
-    if not isinstance(content, dict):
+    if not isinstance(card.get("model"), dict):
         raise InputError(f"{file}: key 'model' is missing; allowed: a file written by save()")
-    return content
+    return card
 
 
 def read_arrays(file: Path) -> dict[str, npt.NDArray[Any]]:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..common.errors import InputError
+from ..common.errors import InputError, given_path
 from ..common.files import atomic_folder, read_json, write_json
 from ..common.folders import DATASET
 from .columns import missing_column
@@ -104,7 +104,7 @@ class DataSet:
         >>> data.points["mu"].tolist()
         [0.08, 0.07]
         """
-        source = Path(path)
+        source = given_path(path, "a data set")
         file, table = source, Path(tests) if tests is not None else None
         if source.is_dir():
             file = points_file(source)
@@ -116,6 +116,8 @@ class DataSet:
         about = source / "dataset.json"
         info = read_json(about) if about.is_file() else {}
         listed = None if table is None else read_tests(table)
+        if listed is not None:
+            _check_ids(listed["test_id"], points.frame["test_id"], f"{table}", file)
         if listed is not None and says_synthetic(listed):
             info["synthetic"] = True
         left_out = len(frame) - len(points.rows)
@@ -205,6 +207,15 @@ class DataSet:
     def loads(self) -> TriboLoads:
         """Return the loads of all points, with time, test and metadata."""
         return TriboLoads.from_frame(self.points, self.tests)
+
+
+def _check_ids(listed: pd.Series[str], measured: pd.Series[str], table: str, file: Path) -> None:
+    """Refuse a test table that is of other tests than all of those that were measured."""
+    if len(listed) and len(measured) and not listed.isin(measured).any():
+        raise InputError(
+            f"{table}: test_id {listed.iloc[0]!r} and all others are none of the tests in {file}; "
+            f"allowed: tests that occur there, as {measured.iloc[0]!r}"
+        )
 
 
 def points_file(folder: Path) -> Path:

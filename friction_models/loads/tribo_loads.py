@@ -160,7 +160,10 @@ class TriboLoads:
         InputError
             Wrong shape, or values outside the physical limits.
         """
-        matrix = np.atleast_2d(np.asarray(array, dtype=np.float64))
+        try:
+            matrix = np.atleast_2d(np.asarray(array, dtype=np.float64))
+        except (TypeError, ValueError) as error:
+            raise InputError(f"loads: {error}; allowed: numbers, of shape (n, {len(LOADS)})") from None
         if matrix.ndim != 2 or matrix.shape[1] != len(LOADS):
             raise InputError(
                 f"loads: array has shape {matrix.shape}, allowed: (n, {len(LOADS)}) = {LOAD_NAMES}"

@@ -9,10 +9,9 @@ import numpy as np
 
 from ..common import atomic_folder, check_folder, write_json, write_text
 from ..common.folders import MODEL
+from .folder_members import ARRAYS, CARD, DIGESTS, ONNX, TEXT, digests
 from .law import FrictionLaw
 from .model_card import card_text
-
-CARD, TEXT, ARRAYS, ONNX = "card.json", "card.md", "parameters.npz", "model.onnx"
 
 
 def save_model(model: FrictionLaw, folder: str | os.PathLike[str]) -> Path:
@@ -27,10 +26,9 @@ def save_model(model: FrictionLaw, folder: str | os.PathLike[str]) -> Path:
     content, arrays = model.parts()
     card = model.card
     with atomic_folder(target, MODEL) as temporary:
-        write_json(
-            temporary / CARD, {"format": "tribofmu-model", "format_version": 1, **card, "model": content}
-        )
         write_text(temporary / TEXT, card_text(card))
         np.savez(temporary / ARRAYS, allow_pickle=False, **arrays)
         export(model, temporary / ONNX)
+        told = {"format": "tribofmu-model", "format_version": 1, DIGESTS: digests(temporary)}
+        write_json(temporary / CARD, {**told, **card, "model": content})
     return target

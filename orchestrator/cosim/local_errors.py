@@ -13,11 +13,13 @@ from fmus.runtime.errors import SimulationError
 from forming.results.local_errors import FINER, Contact, local_errors, summary
 from friction_models.common import InputError, atomic_path
 from friction_models.common.netcdf_files import Dataset, NetcdfVariable, read_numbers, write_dataset
+from friction_models.common.netcdf_quantities import check_shapes, in_units
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.loads.contract import with_unit
 
 from .master import Master
 from .run_folders import Run
+from .run_results import MOST_NUMBERS
 from .system import System
 
 #: In a run folder: stated errors of the loads, one variable a load.
@@ -98,10 +100,13 @@ def stated_errors(run: Run) -> list[StatedError]:
     """Return what `state_local_errors` wrote into a run folder, load by load; empty where it wrote nothing."""
     if not (run.folder / FILE).is_file():
         return []
-    found = read_numbers(run.folder / FILE, LOAD_NAMES)
-    errors = np.stack([found.values[n] for n in LOAD_NAMES], axis=2)
-    contact = _contact(run, found.attributes.get("component", ""))
-    return [StatedError(*row) for row in summary(*contact, errors)]
+    path = run.folder / FILE
+    found = read_numbers(path, LOAD_NAMES, MOST_NUMBERS)
+    loads, active = _contact(run, found.attributes.get("component", ""))
+    values = in_units(found, {q.name: q.unit for q in LOADS}, path, differences=LOAD_NAMES)
+    check_shapes({"loads": loads[..., 0], **values}, ["loads", *LOAD_NAMES], run.time[1:], path)
+    errors = np.stack([values[n] for n in LOAD_NAMES], axis=2)
+    return [StatedError(*row) for row in summary(loads, active, errors)]
 
 
 def _contact(run: Run, name: str) -> Contact:

@@ -12,18 +12,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from friction_models.common import InputError, atomic_folder, unknown_name, write_json
+from friction_models.common import InputError, atomic_folder, given_path, unknown_name, write_json
 from friction_models.common.cached_results import path_digest
 from friction_models.common.files import read_json
 from friction_models.common.folders import RUN
 from friction_models.common.imports.drawn import Drawn
-from friction_models.common.netcdf_files import Dataset, NetcdfVariable, read_numbers, write_dataset
+from friction_models.common.netcdf_files import Dataset, NetcdfVariable, write_dataset
 from friction_models.common.wording import counted
 from friction_models.loads import FloatArray
 
 from ..force_curves.forces import ForceComparison, ForceCurve, compare_force, read_press_curve
 from ..jobs.keys import running_code
 from ..jobs.versions import versions
+from .run_results import read_results
 from .setup.description import SystemDescription
 from .setup.wiring import Wiring
 
@@ -116,20 +117,12 @@ class Run(Drawn):
         InputError
             Not a run folder, its files cannot be read, or the run stopped.
         """
-        place = Path(folder)
+        place = given_path(folder, "a run folder")
         for name in ("manifest.json", "results.nc"):
             if not (place / name).is_file():
                 raise InputError(f"{place}: not a run folder ({name} is missing); `simulate -o` writes one")
         manifest = read_json(place / "manifest.json")
-        found = read_numbers(place / "results.nc", ["time"])
-        recorded = [name for name in found.values if name not in found.scales]
-        run = cls(
-            place,
-            manifest,
-            found.values["time"],
-            {name: found.values[name] for name in recorded},
-            {name: found.units[name] for name in recorded},
-        )
+        run = cls(place, manifest, *read_results(place / "results.nc"))
         if not stopped and not run.complete:
             raise InputError(f"{place}: the run stopped ({run.message[:300]}); allowed: a complete run")
         return run
@@ -170,10 +163,13 @@ class Run(Drawn):
         Raises
         ------
         InputError
-            No component recorded ``stroke`` and ``force``.
+            No component recorded ``stroke`` and ``force``, or they make no curve.
         """
         stroke, force = force_labels(self.values, str(self.folder))
-        return ForceCurve(self.values[stroke], self.values[force])
+        try:
+            return ForceCurve(self.values[stroke], self.values[force])
+        except InputError as error:
+            raise InputError(f"{self.folder}: {error}") from None
 
     def few_points(self) -> list[str]:
         """Return a sentence for each component of whose contact points too few touch for means over them; see `forming`."""

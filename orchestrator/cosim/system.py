@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Self
 
-from friction_models.common import InputError
+from friction_models.common import InputError, given_path
 from friction_models.common.wording import kind_of
 from friction_models.common.yaml_files import read_yaml
 
@@ -47,7 +47,7 @@ class System(SystemDescription):
             No such file, not YAML, unknown or missing keys, values out of range; all problems at once.
             What `read_system` refuses in an archive.
         """
-        file = Path(path)
+        file = given_path(path, _ALLOWED)
         if file.is_dir():
             inside = sorted(p for p in file.iterdir() if p.suffix.lower() in {".yaml", ".ssp"})
             guess = f"; did you mean '{inside[0]}'?" if inside else ""

@@ -42,8 +42,11 @@ class ForceCurve:
             raise InputError(
                 f"force curve: shapes {stroke.shape} and {force.shape}, allowed: two equal vectors of at least 2"
             )
-        if not (np.isfinite(stroke).all() and np.isfinite(force).all()):
-            raise InputError("force curve: a value is not finite")
+        if not (finite := np.isfinite(stroke) & np.isfinite(force)).all():
+            row = int(np.argmin(finite))
+            raise InputError(
+                f"force curve: row {row}: {stroke[row]:g} mm, {force[row]:g} kN; allowed: finite numbers"
+            )
         if np.any(np.diff(stroke) < 0.0):
             row = int(np.argmax(np.diff(stroke) < 0.0)) + 1
             raise InputError(

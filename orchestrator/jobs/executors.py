@@ -93,6 +93,14 @@ class ProcessExecutor(Executor):
             worker.close(now)
 
 
+def check_address(address: str) -> None:
+    """Raise InputError for what is no address of a scheduler."""
+    if not address.startswith(("tcp://", "tls://")):
+        raise InputError(
+            f"--scheduler {address}: not an address; allowed: tcp://HOST:PORT of a dask scheduler"
+        )
+
+
 class Cluster(Executor):
     """A dask.distributed cluster, which repeats the jobs of killed workers by itself; workers may join and leave.
 
@@ -107,10 +115,7 @@ class Cluster(Executor):
             raise InputError(
                 "--scheduler: the package distributed is missing; install it: pip install 'tribofmu[cluster]'"
             ) from None
-        if not address.startswith(("tcp://", "tls://")):
-            raise InputError(
-                f"--scheduler {address}: not an address; allowed: tcp://HOST:PORT of a dask scheduler"
-            )
+        check_address(address)
         # What goes wrong is said in one sentence, not by tracebacks of the package beside it.
         for name in ("distributed", "distributed.client"):  # each has a level of its own
             logging.getLogger(name).setLevel(logging.CRITICAL)

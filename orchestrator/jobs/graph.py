@@ -17,7 +17,7 @@ from friction_models.common.folders import STUDY
 from friction_models.common.processes.pool import process_count
 
 from .estimate import DryRun, TimeEstimate
-from .executors import Cluster, Executor, ProcessExecutor
+from .executors import Cluster, Executor, ProcessExecutor, check_address
 from .job import Failure, Job, Progress
 from .keys import PACKAGES, deciding_code, stamp
 from .store import JobResult, Store
@@ -73,6 +73,8 @@ class JobGraph:
         Raises InputError: the folder holds something else, another run is at work in it, less than one process, a
         scheduler that does not answer.
         """
+        if scheduler is not None:
+            check_address(scheduler)
         self.failed = {}
         grown(self.folder, STUDY)
         with self.store.opened() as work:

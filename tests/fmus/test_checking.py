@@ -336,4 +336,16 @@ def test_a_folder_with_the_graph_of_another_model_is_refused(tmp_path: Path) -> 
     # The FMU would say another mu than `predict`, which reads parameters.npz.
     with pytest.raises(InputError, match="are of two models"):
         pack(tmp_path / "linear", tmp_path / "mixed.fmu")
+    for name in ("model.onnx", "parameters.npz"):
+        original = (tmp_path / "linear.fmu").read_bytes()
+        LinearFriction().fit_frame(frame).save(tmp_path / "linear")
+        assert pack(tmp_path / "linear", tmp_path / "again.fmu").read_bytes() == original
+        (tmp_path / "linear" / name).write_bytes((tmp_path / "other" / name).read_bytes())
+        with pytest.raises(InputError, match=f"{name} and card.json are of two models"):
+            pack(tmp_path / "linear", tmp_path / "mixed.fmu")
+    # Without hashes, as earlier versions wrote them, what the card says of the graph is compared.
+    card = tmp_path / "other" / "card.json"
+    card.write_text(card.read_text().replace('"sha256"', '"told"').replace('"points": ', '"points": 1'))
+    with pytest.raises(InputError, match="are of two models \\(data differs\\)"):
+        pack(tmp_path / "other", tmp_path / "mixed.fmu")
     assert not (tmp_path / "mixed.fmu").exists()

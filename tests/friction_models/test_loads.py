@@ -67,6 +67,12 @@ def test_bad_value_names_column_row_value_and_range(points: pd.DataFrame, column
     )
 
 
+def test_loads_that_are_no_numbers() -> None:
+    for nonsense in ([["1", "20", "500", "1", "x"]], "loads", [[1.0], [2.0, 3.0]], [{}]):
+        with pytest.raises(InputError, match=r"loads: .*; allowed: numbers, of shape \(n, 5\)"):
+            TriboLoads.from_array(nonsense)  # type: ignore[arg-type]
+
+
 def test_unequal_lengths() -> None:
     with pytest.raises(InputError, match="'psi' has 1 rows, 'v_rel' has 2"):
         TriboLoads(*(np.ones(2) for _ in range(4)), np.ones(1))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from friction_models import load_model
 from friction_models.common import InputError
 from friction_models.families.registry import make_model
+from friction_models.loads import DataSet
 
 from .made_up import anywhere, campaign
 
@@ -107,6 +108,22 @@ def test_saving_replaces_a_model_but_nothing_else(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not fitted"):
         make_model("linear").save(tmp_path / "n")
     assert not (tmp_path / "n").exists()
+
+
+@pytest.mark.parametrize("name", ["parameters.npz", "model.onnx"])
+def test_a_file_of_another_model_is_refused(linear: Path, tmp_path: Path, name: str) -> None:
+    other = make_model("linear").fit_frame(FRAME.assign(mu=FRAME["mu"] + 0.02)).save(tmp_path / "other")
+    (linear / name).write_bytes((other / name).read_bytes())
+    refused(linear, f"{name} and card.json are of two models (SHA-256 ")
+    # The card of an earlier version names no hashes.
+    edit_card(linear, lambda card: card.pop("sha256"))
+    assert load_model(linear).family == "linear"
+
+
+@pytest.mark.parametrize("nonsense", [None, 5, [], {}, {"parameters.npz": 1, "model.onnx": []}])
+def test_hashes_that_are_none_are_refused(linear: Path, nonsense: Any) -> None:
+    edit_card(linear, lambda card: card.update(sha256=nonsense))
+    refused(linear, "parameters.npz and card.json are of two models")
 
 
 @pytest.mark.parametrize("name", ["card.json", "parameters.npz"])
@@ -309,3 +326,11 @@ def test_any_single_edit_of_a_number_loads_or_is_refused(folders: dict[str, Path
                     assert "\n" not in str(error)
                 else:
                     assert np.isfinite(mu).all() and (mu >= 0).all()
+
+
+@pytest.mark.parametrize("nonsense", [None, 5, b"model", ["model"]])
+def test_what_is_no_path_is_refused(nonsense: Any) -> None:
+    with pytest.raises(InputError, match=r"is no path; allowed: the path of a saved model$"):
+        load_model(nonsense)
+    with pytest.raises(InputError, match="allowed: the path of a data set"):
+        DataSet.load(nonsense)

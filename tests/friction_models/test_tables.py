@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -265,3 +266,30 @@ def test_whole_numbers_that_no_float_holds(tmp_path: Path) -> None:
         read_yaml(tmp_path / "map.yaml")
     (tmp_path / "card.json").write_text(f'{{"r": {long}}}')
     assert read_json(tmp_path / "card.json") == {"r": float("inf")}
+
+
+def test_a_file_that_is_none_is_called_what_it_is(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "loop.csv").symlink_to("loop.csv")
+    (tmp_path / "gone.csv").symlink_to("nowhere.csv")
+    (tmp_path / "folder.csv").mkdir()
+    for name, words in (
+        ("pipe.csv", "is a pipe or a device"),
+        ("loop.csv", "is a link that leads to no file"),
+        ("gone.csv", "is a link that leads to no file"),
+        ("folder.csv", "is a folder"),
+        ("none.csv", "no such file"),
+    ):
+        with pytest.raises(InputError, match=rf"{name}: {words}; allowed: a CSV or Parquet file"):
+            read_table(tmp_path / name)
+
+
+def test_a_table_of_other_tests_is_refused(tmp_path: Path) -> None:
+    points = pd.DataFrame({"test_id": ["a", "b"], "sigma_n": [500.0, 600.0], "mu": [0.08, 0.07]})
+    points.to_csv(tmp_path / "points.csv", index=False)
+    table = pd.DataFrame({"test_id": ["a", "x"], "role": "test"})
+    table.to_csv(tmp_path / "t.csv", index=False)
+    assert DataSet.load(tmp_path / "points.csv", tmp_path / "t.csv").tests is not None
+    table.assign(test_id=["x", "y"]).to_csv(tmp_path / "t.csv", index=False)
+    with pytest.raises(InputError, match=r"t\.csv: test_id 'x' and all others .*points\.csv; .* as 'a'"):
+        DataSet.load(tmp_path / "points.csv", tmp_path / "t.csv")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from friction_models.common import inert, write_json
+from friction_models.common import InputError, inert, write_json
 
 from ..common.console import keeping, progress, say
 from ..common.files_named import Commands, Reads, Writes
@@ -31,6 +31,15 @@ app = Commands(
     rich_markup_mode="rich",
     epilog="Example: tribofmu study learning-curve --quick -o studies/learning-curve",
 )
+
+
+def _each_once(option: typer.CallbackParam, values: list[Any] | None) -> list[Any] | None:
+    """Refuse a value of a repeatable option that was given twice."""
+    for value in values or []:
+        if (values or []).count(value) > 1:
+            raise InputError(f"{option.opts[0]} {value}: given twice; allowed: each value once")
+    return values
+
 
 StudyFolder = Annotated[
     Path,
@@ -64,13 +73,16 @@ Model = Annotated[
     list[str] | None,
     typer.Option(
         "--model",
+        callback=_each_once,
         help="Family of friction models: linear, polynomial, power_law, gradient_boosting or ffnn; repeatable. Default: "
         "those of the study.",
     ),
 ]
 Process = Annotated[
     list[str] | None,
-    typer.Option("--process", help="Forming process, fre or bce; repeatable. Default: both."),
+    typer.Option(
+        "--process", callback=_each_once, help="Forming process, fre or bce; repeatable. Default: both."
+    ),
 ]
 Stroke = Annotated[
     float | None,
@@ -172,6 +184,7 @@ def lag(
         list[float] | None,
         typer.Option(
             "--step",
+            callback=_each_once,
             help="Communication step in mm; repeatable, each divides the longest. Default: 0.05 0.1 0.2 0.4 0.8.",
         ),
     ] = None,

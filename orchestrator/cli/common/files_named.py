@@ -91,6 +91,9 @@ def _check(function: Callable[..., Any], values: dict[str, Any]) -> list[Path]:
             check_folder(path, kind)
         if not isinstance(kind, folders.GrowingKind):
             anew.append(path)
+        elif kind is folders.STUDY and path.is_dir():
+            # Its jobs are continued; what was made of them is written anew.
+            anew += [file for file in path.iterdir() if file.is_file() and file.name != "failed.json"]
     return anew
 
 

@@ -256,6 +256,8 @@ def test_compare_ranks_with_intervals_by_test(worn: tuple[pd.DataFrame, pd.DataF
     json.dumps(result.to_dict(), allow_nan=False)
     with pytest.raises(InputError, match="at least one"):
         compare({}, points)
+    with pytest.raises(InputError, match="models is a list; allowed: a mapping"):
+        compare([FixedLaw()], points)  # type: ignore[arg-type]
 
 
 def test_every_hidden_form_differs_from_the_catalogue() -> None:

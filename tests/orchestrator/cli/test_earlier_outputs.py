@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Annotated
 
 import pytest
 
 from friction_models import LinearFriction
-from friction_models.common import InputError, atomic_path
+from friction_models.common import InputError, atomic_path, grown, write_text
+from friction_models.common.folders import STUDY
 from friction_models.common.replaced_outputs import KEEP, keeping_earlier
+from orchestrator.cli.common.files_named import Writes, _checked
 from orchestrator.cli.main import run
 from tests.orchestrator.cli.test_command_line import points
 from tests.orchestrator.tiny_fmus import write_system
@@ -124,3 +127,25 @@ def test_a_pipe_is_not_replaced_by_a_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="no plain file"), atomic_path(tmp_path / "pipe"):
         pass
+
+
+@_checked
+def toy_study(out: Annotated[Path, Writes("STUDY")], depth: float) -> None:
+    """Do what a study does: keep its jobs, write anew what it makes of them."""
+    write_text(grown(out, STUDY) / "jobs" / f"{depth}" / "result.json", "{}")
+    write_text(out / "wear.csv", f"{depth}")
+    write_text(out / "failed.json", f"{depth}")
+
+
+def test_a_study_with_other_options_keeps_the_results_before(tmp_path: Path) -> None:
+    def names() -> list[str]:
+        return sorted(p.relative_to(out).as_posix() for p in out.rglob("*.*") if not p.name.startswith("."))
+
+    out = tmp_path / "study"
+    for _ in range(2):  # the same again leaves no copy
+        toy_study(out=out, depth=0.1)
+    first = ["failed.json", "jobs/0.1", "jobs/0.1/result.json", "wear.csv"]
+    assert names() == first
+    toy_study(out=out, depth=0.2)
+    assert names() == sorted([*first, "jobs/0.2", "jobs/0.2/result.json", "wear.csv.1"])
+    assert (out / "wear.csv.1").read_text() == "0.1" and (out / "wear.csv").read_text() == "0.2"

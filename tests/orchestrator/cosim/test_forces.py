@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from friction_models.common import InputError
+from orchestrator.cosim.run_folders import Run
 from orchestrator.force_curves.forces import (
     ForceCurve,
     LevelsComparison,
@@ -122,3 +123,10 @@ def test_bad_press_files(tmp_path: Path, text: str, pattern: str) -> None:
     path.write_text(text)
     with pytest.raises(InputError, match=pattern):
         read_press_curve(path)
+
+
+def test_a_gap_in_the_force_of_a_run_names_run_and_row() -> None:
+    stroke, force = np.arange(4.0), np.array([0.0, 50.0, np.nan, 60.0])
+    run = Run(Path("runs/one"), {}, stroke, {"f.stroke": stroke, "f.force": force}, {})
+    with pytest.raises(InputError, match=r"^runs/one: force curve: row 2: 2 mm, nan kN; allowed: finite"):
+        run.force_curve()

@@ -158,6 +158,20 @@ def test_models_that_crash_end_in_a_sentence(
     assert model.predict(low)[0] == pytest.approx(0.1, abs=1e-5), "it starts again"
 
 
+@pytest.mark.parametrize("isolate", [False, True])
+def test_a_wrong_guid_names_the_fmu(tmp_path: Path, isolate: bool) -> None:
+    path = pack(ConstantFriction(mu=0.1), tmp_path / "law.fmu")
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    text = files["modelDescription.xml"].decode()
+    files["modelDescription.xml"] = re.sub(
+        r'(instantiationToken|guid)="[^"]*"', r'\1="{another}"', text
+    ).encode()
+    write_archive(tmp_path / "other.fmu", files)
+    with pytest.raises(FmuError, match=r"other\.fmu: the GUID .* does not belong to this FMU"):
+        FmuModel(tmp_path / "other.fmu", isolate=isolate).predict([[5.0, 50.0, 500.0, 2.0, 1.1]])
+
+
 def test_check_tells_the_crash(crashing: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", str(crashing["at once"])]) == 1
     assert "SIGSEGV" in capsys.readouterr().out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pytest
 import xarray
@@ -12,7 +13,7 @@ from forming import ForwardRodExtrusion
 from forming.results.local_errors import FINER, local_errors
 from friction_models.common import InputError
 from orchestrator.cli.app import app
-from orchestrator.cosim.local_errors import FILE
+from orchestrator.cosim.local_errors import FILE, stated_errors
 from orchestrator.cosim.run_folders import Run
 from orchestrator.report.pages.run import run_page
 
@@ -53,6 +54,10 @@ def test_the_errors_are_those_of_two_runs_of_the_process(system, tmp_path):
     expected = local_errors(loads, active, finer)
     assert stated.shape == expected.shape and expected[active].max() > 1.0
     assert stated == pytest.approx(expected, rel=0.05, abs=1e-6)
+    with h5py.File(run.folder / FILE, "r+") as file:
+        file["T"].attrs["units"] = "N"
+    with pytest.raises(InputError, match=r"local_errors\.nc: unknown unit of column 'T' 'N'; allowed: K"):
+        stated_errors(run)
 
 
 def test_a_run_that_leaves_the_loads_out_is_refused_before_it_starts(system, tmp_path):

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
+from fmus import check
 from fmus.runtime.fmu_files import describe, unpack
+from forming.results.files import load_result
 from friction_models.common import InputError
 from orchestrator import System
+from orchestrator.cosim.run_folders import Run
 from tests.orchestrator.tiny_fmus import system_content
 
 
@@ -195,3 +200,10 @@ def test_whole_numbers_fit_their_type(exchange: str, limits: tuple[int, int]) ->
     from fmus.runtime.fmu_variables import integer_limits
 
     assert integer_limits(exchange) == limits
+
+
+@pytest.mark.parametrize("read", [System.load, check, Run.load, load_result])
+def test_what_is_no_path_is_refused(read: Callable[[Any], object]) -> None:
+    for nonsense in (None, 5, b"system.yaml"):
+        with pytest.raises(InputError, match="is no path; allowed: the path of a"):
+            read(nonsense)

@@ -316,6 +316,9 @@ def test_what_cannot_be_a_graph_is_refused(tmp_path: Path) -> None:
         campaign.run(jobs=0)
     with pytest.raises(InputError, match="not an address"):
         campaign.run(scheduler="localhost")
+    campaign.run(jobs=1)
+    with pytest.raises(InputError, match="not an address"):  # also where nothing is left to do
+        campaign.run(scheduler="localhost")
 
 
 def test_results_that_were_changed_or_exchanged_are_computed_again(tmp_path: Path) -> None:

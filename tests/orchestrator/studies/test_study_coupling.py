@@ -310,3 +310,12 @@ def test_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert "jobs" in capsys.readouterr().out
     assert command(["study", "lag", "--dry-run", "--process", "fra", "-o", str(tmp_path / "x")]) == 2
     assert "'fre'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("twice", ["--model linear", "--process fre", "--step 0.2"])
+def test_a_value_given_twice_names_the_option(
+    tmp_path: Path, twice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["study", "lag", *twice.split(), *twice.split(), "--dry-run", "-o", str(tmp_path / "lag")]
+    assert command(words) == 2
+    assert f"{twice}: given twice; allowed: each value once" in capsys.readouterr().err
