@@ -1,4 +1,4 @@
-"""Loops of the mesher: packing of points, relaxation, pairing of triangles, quality, smoothing."""
+"""Loops of the mesher: packing of points, pairing of triangles, quality, smoothing."""
 
 from __future__ import annotations
 
@@ -58,37 +58,6 @@ def pack_points(candidates: FloatArray, radius: FloatArray, seeds: FloatArray) -
             head[a, b] = count
             count += 1
     return keep
-
-
-@njit(cache=True)
-def relax_edges(x: FloatArray, edges: IntArray, n_fixed: int, size: FloatArray, sweeps: int) -> None:
-    """Push the ends of edges that are too short apart (a truss in compression); the first nodes stay."""
-    move = np.empty((x.shape[0], 2))
-    for _ in range(sweeps):
-        move[:] = 0.0
-        actual = 0.0
-        wanted = 0.0
-        for e in range(edges.shape[0]):
-            a = edges[e, 0]
-            b = edges[e, 1]
-            actual += (x[b, 0] - x[a, 0]) ** 2 + (x[b, 1] - x[a, 1]) ** 2
-            wanted += (0.5 * (size[a] + size[b])) ** 2
-        scale = 1.15 * np.sqrt(actual / wanted)
-        for e in range(edges.shape[0]):
-            a = edges[e, 0]
-            b = edges[e, 1]
-            dr = x[b, 0] - x[a, 0]
-            dz = x[b, 1] - x[a, 1]
-            length = np.sqrt(dr * dr + dz * dz) + 1e-30
-            push = scale * 0.5 * (size[a] + size[b]) - length
-            if push > 0.0:
-                move[a, 0] -= push * dr / length
-                move[a, 1] -= push * dz / length
-                move[b, 0] += push * dr / length
-                move[b, 1] += push * dz / length
-        for i in range(n_fixed, x.shape[0]):
-            x[i, 0] += 0.2 * move[i, 0]
-            x[i, 1] += 0.2 * move[i, 1]
 
 
 @njit(cache=True)
@@ -163,42 +132,82 @@ def choose_pairs(order: IntArray, members: IntArray, n_triangles: int) -> tuple[
 
 @njit(cache=True)
 def smooth_guarded(
-    x: FloatArray,
-    quads: IntArray,
-    node_start: IntArray,
-    node_list: IntArray,
-    element_start: IntArray,
-    element_list: IntArray,
-    held: np.ndarray,
-    sweeps: int,
+    x: FloatArray, quads: IntArray, first: IntArray, corners: IntArray, held: np.ndarray, sweeps: int
 ) -> None:
-    """Move free nodes towards the mean of their neighbours where the worst element around does not suffer."""
+    """Move free nodes towards the mean of their neighbours where the worst element around does not suffer.
+
+    Corner c is ``quads[c // 4, c % 4]``; those at node i are ``corners[first[i] : first[i + 1]]``.
+    """
     for _ in range(sweeps):
         for i in range(x.shape[0]):
             if held[i]:
                 continue
             mean_r = 0.0
             mean_z = 0.0
-            n = node_start[i + 1] - node_start[i]
-            for k in range(node_start[i], node_start[i + 1]):
-                mean_r += x[node_list[k], 0] / n
-                mean_z += x[node_list[k], 1] / n
+            n = first[i + 1] - first[i]
+            before = 1e9
+            # Inside the mesh, the next corner of each element around is another neighbour.
+            for c in corners[first[i] : first[i + 1]]:
+                q = quads[c // 4]
+                neighbour = q[(c + 1) % 4]
+                mean_r += x[neighbour, 0] / n
+                mean_z += x[neighbour, 1] / n
+                before = min(before, corner_quality(x, q[0], q[1], q[2], q[3]))
             old_r = x[i, 0]
             old_z = x[i, 1]
-            before = 1e9
-            for k in range(element_start[i], element_start[i + 1]):
-                q = quads[element_list[k]]
-                before = min(before, corner_quality(x, q[0], q[1], q[2], q[3]))
             weight = 0.7
             for _attempt in range(2):
                 x[i, 0] = old_r + weight * (mean_r - old_r)
                 x[i, 1] = old_z + weight * (mean_z - old_z)
                 after = 1e9
-                for k in range(element_start[i], element_start[i + 1]):
-                    q = quads[element_list[k]]
+                for c in corners[first[i] : first[i + 1]]:
+                    q = quads[c // 4]
                     after = min(after, corner_quality(x, q[0], q[1], q[2], q[3]))
                 if after >= min(before, 0.75):
                     break
                 x[i, 0] = old_r
                 x[i, 1] = old_z
                 weight *= 0.4
+
+
+@njit(cache=True)
+def cuthill_mckee(quads: IntArray, first: IntArray, corners: IntArray, starts: IntArray) -> IntArray:
+    """Return the nodes of a mesh in an order in which equations over it are quickly eliminated.
+
+    Cuthill and McKee (ACM 1969) take them in the order of a breadth-first search, neighbours of few neighbours first. Where it
+    starts decides how wide the fronts get: the order from the best of the `starts` is returned. `first` and `corners` as in
+    `smooth_guarded`.
+    """
+    n = first.shape[0] - 1
+    best = np.arange(n)
+    least = np.inf
+    for start in starts:
+        order = np.full(n, start)
+        reached = np.zeros(n, np.bool_)
+        reached[start] = True
+        count = 1
+        # Squared widths of the columns: down to the last row in which one or those before have an entry.
+        work = 0.0
+        for k in range(n):
+            begin = count
+            for c in corners[first[order[k]] : first[order[k] + 1]]:
+                for node in quads[c // 4]:
+                    if reached[node]:
+                        continue
+                    reached[node] = True
+                    elements = first[node + 1] - first[node]
+                    place = count
+                    while place > begin:
+                        before = order[place - 1]
+                        if first[before + 1] - first[before] <= elements:
+                            break
+                        order[place] = before
+                        place -= 1
+                    order[place] = node
+                    count += 1
+            work += float(count - k) ** 2
+            if work >= least:
+                break
+        if work < least and count == n:
+            best, least = order, work
+    return best

@@ -10,23 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order
 from scipy.spatial import Delaunay
 
-from .mesh_kernels import candidate_pairs, choose_pairs, pack_points, qualities, relax_edges, smooth_guarded
+from .mesh_kernels import candidate_pairs, choose_pairs, cuthill_mckee, pack_points, qualities, smooth_guarded
 from .polyline import SizeField, distance_to_polygon, inside
-from .shape import FloatArray, IntArray, last_rows
+from .shape import FloatArray, IntArray
 
 BoolArray = npt.NDArray[np.bool_]
 
 
-#: Triangles are merged where the quadrilateral has at least this scaled Jacobian.
-WORST_PAIR = 0.35
-#: Inner points are chosen from a grid so many times as fine as the smallest triangles.
+#: Triangles are merged where the quadrilateral has at least this scaled Jacobian: on a round boundary one of its quarters has half of it.
+WORST_PAIR = 0.6
+#: Inner points are chosen from a grid at least so many times as fine as the triangles.
 PITCH = 3.0
-#: Nodes from which a numbering is tried.
-STARTS = 12
 
 
 class MeshError(Exception):
@@ -86,46 +82,29 @@ def quad_mesh(loop: FloatArray, size: SizeField) -> Mesh:
 
 def _triangulate(coarse: FloatArray, size: SizeField) -> tuple[FloatArray, IntArray, IntArray]:
     """Return points (the coarse loop first), triangles and their edges (three blocks: 01, 12, 20)."""
-    points = np.concatenate([coarse, _interior(coarse, size)])
-    n_fixed = len(coarse)
-    smallest = 2.0 * float(size(coarse).min())
-    rounds = 3
-    for k in range(rounds + 1):
-        triangles = Delaunay(points).simplices.astype(np.int64)
-        area = _areas(points, triangles)
-        keep = inside(points[triangles].mean(axis=1), coarse) & (np.abs(area) > 1e-6 * smallest**2)
-        triangles, area = triangles[keep], area[keep]
-        triangles[area < 0] = triangles[area < 0][:, [0, 2, 1]]
-        if k == rounds:
-            break
-        edges = _unique_edges(_edges(triangles), len(points))
-        wanted = 2.0 * size(points)
-        before = points.copy()
-        relax_edges(points, edges, n_fixed, wanted, 4)
-        free = np.arange(n_fixed, len(points))
-        outside = ~inside(points[free], coarse)
-        points[free[outside]] = before[free[outside]]
-        near = distance_to_polygon(points[free], coarse) < 0.35 * wanted[free]
-        points = np.delete(points, free[near], axis=0)
-    used = np.zeros(len(points), dtype=bool)
-    used[:n_fixed] = True
-    used[triangles.ravel()] = True
-    number = np.cumsum(used) - 1
-    triangles = number[triangles]
-    return points[used], triangles, _edges(triangles)
-
-
-def _interior(coarse: FloatArray, size: SizeField) -> FloatArray:
-    """Return start points inside the loop: a layer along it first, then a packing of the rest."""
     wanted = 2.0 * size(coarse)
     smallest = float(wanted.min())
     if not smallest > 0.0:
         raise MeshError(f"elements of {0.5 * smallest:g} mm")
+    points = np.concatenate([coarse, _interior(coarse, wanted, size)])
+    triangles = Delaunay(points).simplices.astype(np.int64)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    area = 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+    triangles = triangles[inside((a + b + c) / 3.0, coarse) & (area > 1e-6 * smallest**2)]
+    return points, triangles, np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+
+
+def _interior(coarse: FloatArray, wanted: FloatArray, size: SizeField) -> FloatArray:
+    """Return points inside the loop: a layer along it first, then a packing of the rest.
+
+    - `wanted`, shape (n,): sides of triangles at the points of the loop [mm].
+    """
     tangent = np.roll(coarse, -1, axis=0) - np.roll(coarse, 1, axis=0)
     tangent /= np.hypot(*tangent.T)[:, None]
     layer = coarse + np.column_stack([-tangent[:, 1], tangent[:, 0]]) * wanted[:, None] * 0.95
     good = inside(layer, coarse) & (distance_to_polygon(layer, coarse) > 0.7 * wanted)
-    grid = _graded_grid(coarse.min(axis=0), coarse.max(axis=0), smallest / PITCH, smallest, size)
+    smallest = float(wanted.min())
+    grid = _graded_grid(coarse.min(axis=0), coarse.max(axis=0), smallest, size)
     grid = grid[inside(grid, coarse)]
     depth, grid_size = distance_to_polygon(grid, coarse), 2.0 * size(grid)
     deep = depth > 0.62 * grid_size
@@ -137,35 +116,19 @@ def _interior(coarse: FloatArray, size: SizeField) -> FloatArray:
     return candidates[pack_points(candidates, radius, coarse)]
 
 
-def _graded_grid(
-    low: FloatArray, high: FloatArray, pitch: float, smallest: float, size: SizeField
-) -> FloatArray:
-    """Return a grid of points in rows, of which every second or fourth stays where triangles are four or eight times as large."""
+def _graded_grid(low: FloatArray, high: FloatArray, smallest: float, size: SizeField) -> FloatArray:
+    """Return a grid of points in rows, of which every second or fourth stays where triangles are two or four times as large."""
+    pitch = smallest / PITCH
     columns, rows = np.ceil((high - low) / (4.0 * pitch)).astype(np.int64)
     r, z = (low[k] + pitch * (np.arange(4 * n) + 0.5) for k, n in enumerate((columns, rows)))
     middles = np.stack(np.meshgrid(r[2::4] - 0.5 * pitch, z[2::4] - 0.5 * pitch), axis=-1)
     larger = 2.0 * size(middles.reshape(-1, 2)) / smallest
-    every = np.array([1, 2, 4])[np.digitize(larger, (4.0, 8.0))].reshape(rows, columns)
+    every = np.array([1, 2, 4])[np.digitize(larger, (2.0, 4.0))].reshape(rows, columns)
     every = every.repeat(4, axis=0).repeat(4, axis=1)
     j, i = np.ogrid[: 4 * rows, : 4 * columns]
     j, i = np.nonzero((i % every == 0) & (j % every == 0))
     points = np.column_stack([r[i], z[j]])
     return points[(points < high).all(axis=1)]
-
-
-def _edges(triangles: IntArray) -> IntArray:
-    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-
-
-def _unique_edges(edges: IntArray, n: int) -> IntArray:
-    """Return each of the edges between `n` points once, its lower number first, in rising order, shape (m, 2)."""
-    keys = np.unique(edges.min(axis=1) * n + edges.max(axis=1))
-    return np.column_stack(np.divmod(keys, n))
-
-
-def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
 def _neighbours(sides: IntArray, n_sides: int) -> IntArray:
@@ -212,54 +175,27 @@ def _subdivide(
     return x, np.concatenate([np.column_stack(p) for p in parts]).astype(np.int64)
 
 
+def _elements_around(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
+    """Return corners of elements by node: those of node i are ``corners[first[i] : first[i + 1]]``, each 4 element + place."""
+    nodes = quads.ravel()
+    corners = np.argsort(nodes, kind="stable")
+    return np.searchsorted(nodes[corners], np.arange(n + 1)), corners
+
+
 def smooth(x: FloatArray, quads: IntArray, held: BoolArray, sweeps: int) -> None:
-    """Smooth the nodes that are not held, in place, without making the worst element around them worse."""
-    n = len(x)
-    edges = np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)])
-    edges = _unique_edges(edges, n)
-    edges = np.concatenate([edges, edges[:, ::-1]])
-    edges = edges[np.argsort(edges[:, 0], kind="stable")]
-    corners = quads.ravel()
-    order = np.argsort(corners, kind="stable")
-    numbers = np.arange(n + 1)
-    smooth_guarded(
-        x,
-        quads,
-        np.searchsorted(edges[:, 0], numbers),
-        np.ascontiguousarray(edges[:, 1]),
-        np.searchsorted(corners[order], numbers),
-        order // 4,
-        held,
-        sweeps,
-    )
+    """Smooth the nodes that are not held, in place, without making the worst element around them worse.
+
+    All nodes of the boundary are held.
+    """
+    smooth_guarded(x, quads, *_elements_around(quads, len(x)), held, sweeps)
 
 
 def renumber(x: FloatArray, quads: IntArray, nodes: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
-    """Renumber the nodes so that equations over the mesh are quickly eliminated; `nodes` of the loop are translated too.
-
-    Cuthill and McKee (ACM 1969) number in the order of a breadth-first search, neighbours of few neighbours first. Where it
-    starts decides how wide the fronts get: several nodes of the loop are tried.
-    """
-    n = len(x)
-    rows, columns = np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel()
-    graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n)).tocsr()
-    by_neighbours = np.argsort(np.diff(graph.indptr), kind="stable")
-    place = np.empty(n, dtype=np.int64)
-    place[by_neighbours] = np.arange(n)
-    graph = graph[by_neighbours][:, by_neighbours]
-    graph.sort_indices()
-    best, least = np.arange(n), np.inf
-    for start in place[nodes[:: -(-len(nodes) // STARTS)]]:
-        order = by_neighbours[breadth_first_order(graph, start, return_predecessors=False)]
-        number = np.empty(n, dtype=np.int64)
-        number[order] = np.arange(n)
-        width = last_rows(number[quads], n, 2) - np.arange(2 * n)
-        work = float(width @ width)
-        if work < least:
-            best, least = order, work
-    number = np.empty(n, dtype=np.int64)
-    number[best] = np.arange(n)
-    return np.ascontiguousarray(x[best]), np.ascontiguousarray(number[quads]), number[nodes]
+    """Renumber the nodes so that equations over the mesh are quickly eliminated; `nodes` of the loop are translated too."""
+    order = cuthill_mckee(quads, *_elements_around(quads, len(x)), nodes[::2])
+    number = np.empty(len(x), dtype=np.int64)
+    number[order] = np.arange(len(x))
+    return np.ascontiguousarray(x[order]), np.ascontiguousarray(number[quads]), number[nodes]
 
 
 def grid_mesh(r: FloatArray, z: FloatArray) -> Mesh:
