@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..fe.heat.tool_field import ToolField
+from ..fe.mesh.polyline import distance_to_point
 from ..fe.mesh.shape import FloatArray
 from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
@@ -45,10 +46,10 @@ class _CupSize:
     def __call__(self, points: FloatArray) -> FloatArray:
         rp, edge = self.punch.radius, self.punch.edge_radius
         shoulder = self.nose + self.punch.nose_height
-        distance = np.hypot(points[:, 0] - (rp - 0.3 * edge), points[:, 1] - (shoulder + 0.5 * edge))
+        distance = distance_to_point(points, rp - 0.3 * edge, shoulder + 0.5 * edge)
         growth = 0.15 * np.maximum(0.0, distance - 1.2 - edge)
         size = np.minimum(self.finest + growth, 2.6 * self.finest)
-        off_edge = np.abs(np.hypot(points[:, 0] - rp + edge, points[:, 1] - shoulder - edge) - edge)
+        off_edge = np.abs(distance_to_point(points, rp - edge, shoulder + edge) - edge)
         size = np.minimum(size, self.on_edge + 0.2 * np.maximum(0.0, off_edge - 0.3))
         above = points[:, 1] > shoulder + edge
         through_wall = max(self.wall / 4.0, self.finest)

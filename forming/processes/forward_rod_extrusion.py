@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..fe.contact import gap_and_normal
-from ..fe.mesh.polyline import distance_to_arc, distance_to_segment
+from ..fe.mesh.polyline import distance_to_arc, distance_to_point, distance_to_segment
 from ..fe.mesh.shape import FloatArray
 from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
@@ -83,12 +83,10 @@ class _DieSize:
         )
         largest = 2.25 * self.base
         rod = min(largest, max(die.exit_radius / 4.0, self.base))
-        corner = np.hypot(points[:, 0] - die.container_radius, points[:, 1] - self.top)
+        corner = distance_to_point(points, die.container_radius, self.top)
         fine = np.minimum(fine, IN_CORNER * self.base + 0.3 * corner)
         finest = max(AT_FRONT * self.base, SMALLEST * die.container_radius)
-        fine = np.minimum(
-            fine, finest + FRONT_GROWTH * np.hypot(points[:, 0] - self.front[0], points[:, 1] - self.front[1])
-        )
+        fine = np.minimum(fine, finest + FRONT_GROWTH * distance_to_point(points, *self.front))
         return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from friction_models.common import InputError
 from friction_models.common.ranges import check_range
 
-from ..fe.mesh.polyline import arc_length
+from ..fe.mesh.polyline import arc_length, distance_to_point
 from ..fe.mesh.shape import FloatArray
 from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
@@ -46,7 +46,7 @@ class ContactEdgeSize:
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Return the element size at points of shape (n, 2)."""
-        distance = np.hypot(points[:, 0] - self.edge, points[:, 1])
+        distance = distance_to_point(points, self.edge, 0.0)
         growth = np.maximum(0.0, distance - 2.0 * self.finest)
         return np.minimum(self.mesh_size, self.finest + 0.2 * growth)
 

@@ -79,9 +79,8 @@ class SurfaceLayer:
         depth = 0.25 * ELEMENTS * (ends[:-3] + ends[1:-2] + ends[2:-1] + ends[3:])
         inward = -outward_normals(x, chain)
         points = [x[chain] + share * depth[:, None] * inward for share in (0.5, 1.0)]
-        found = [shape_weights(p, x, quads) for p in points]
-        nodes, shares = (np.ascontiguousarray([pair[k] for pair in found]) for k in range(2))
         n = len(chain)
+        nodes, shares = (a.reshape(2, n, 4) for a in shape_weights(np.concatenate(points), x, quads))
         depth = column_depths(x, chain, nodes[1], shares[1])
         return cls(chain, nodes, shares, np.zeros((n, CELLS)), depth, area, np.zeros(n), np.zeros(len(x)))
 

@@ -117,18 +117,20 @@ def _interior(coarse: FloatArray, wanted: FloatArray, size: SizeField) -> FloatA
 
 
 def _graded_grid(low: FloatArray, high: FloatArray, smallest: float, size: SizeField) -> FloatArray:
-    """Return a grid of points in rows, of which every second or fourth stays where triangles are two or four times as large."""
+    """Return a grid of points, its pitch two or four times as large where triangles are so many times as large as the `smallest`."""
     pitch = smallest / PITCH
     columns, rows = np.ceil((high - low) / (4.0 * pitch)).astype(np.int64)
-    r, z = (low[k] + pitch * (np.arange(4 * n) + 0.5) for k, n in enumerate((columns, rows)))
-    middles = np.stack(np.meshgrid(r[2::4] - 0.5 * pitch, z[2::4] - 0.5 * pitch), axis=-1)
-    larger = 2.0 * size(middles.reshape(-1, 2)) / smallest
-    every = np.array([1, 2, 4])[np.digitize(larger, (2.0, 4.0))].reshape(rows, columns)
-    every = every.repeat(4, axis=0).repeat(4, axis=1)
-    j, i = np.ogrid[: 4 * rows, : 4 * columns]
-    j, i = np.nonzero((i % every == 0) & (j % every == 0))
-    points = np.column_stack([r[i], z[j]])
-    return points[(points < high).all(axis=1)]
+    blocks = low + 4.0 * pitch * np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(
+        -1, 2
+    )
+    larger = 2.0 * size(blocks + 2.0 * pitch) / smallest
+    points = []
+    for times, least, most in ((1, 0.0, 2.0), (2, 2.0, 4.0), (4, 4.0, np.inf)):
+        places = pitch * (np.arange(0, 4, times) + 0.5 * times)
+        inner = np.stack(np.meshgrid(places, places), axis=-1).reshape(-1, 2)
+        chosen = blocks[(larger >= least) & (larger < most)]
+        points.append((chosen[:, None] + inner).reshape(-1, 2))
+    return np.concatenate(points)
 
 
 def _neighbours(sides: IntArray, n_sides: int) -> IntArray:

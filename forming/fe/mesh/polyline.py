@@ -51,6 +51,11 @@ def spaced(points: FloatArray, size: SizeField) -> FloatArray:
     return np.interp(np.linspace(0.0, count[-1], pieces + 1), count, s)
 
 
+def distance_to_point(points: FloatArray, r: float, z: float) -> FloatArray:
+    """Return the distance of each point to one point."""
+    return np.hypot(points[:, 0] - r, points[:, 1] - z)
+
+
 @njit(cache=True)
 def distance_to_segment(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Return the distance of each point to the segment from `start` to `end`."""
