@@ -101,7 +101,8 @@ def _interior(coarse: FloatArray, wanted: FloatArray, size: SizeField) -> FloatA
     """
     tangent = np.roll(coarse, -1, axis=0) - np.roll(coarse, 1, axis=0)
     tangent /= np.hypot(*tangent.T)[:, None]
-    layer = coarse + np.column_stack([-tangent[:, 1], tangent[:, 0]]) * wanted[:, None] * 0.95
+    # The height of a triangle with equal sides.
+    layer = coarse + np.column_stack([-tangent[:, 1], tangent[:, 0]]) * wanted[:, None] * np.sqrt(0.75)
     good = inside(layer, coarse) & (distance_to_polygon(layer, coarse) > 0.7 * wanted)
     smallest = float(wanted.min())
     grid = _graded_grid(coarse.min(axis=0), coarse.max(axis=0), smallest, size)
