@@ -80,7 +80,8 @@ class SurfaceLayer:
         inward = -outward_normals(x, chain)
         points = [x[chain] + share * depth[:, None] * inward for share in (0.5, 1.0)]
         n = len(chain)
-        nodes, shares = (a.reshape(2, n, 4) for a in shape_weights(np.concatenate(points), x, quads))
+        nodes, shares = shape_weights(np.concatenate(points), x, quads)
+        nodes, shares = nodes.reshape(2, n, 4), shares.reshape(2, n, 4)
         depth = column_depths(x, chain, nodes[1], shares[1])
         return cls(chain, nodes, shares, np.zeros((n, CELLS)), depth, area, np.zeros(n), np.zeros(len(x)))
 
