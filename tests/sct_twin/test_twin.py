@@ -53,7 +53,7 @@ def test_loads_and_friction_meet_the_truth(tiny: RawCampaign, twinned: tuple[Twi
     # The laboratory's steel is 1.5 % harder than the twin's, and its specimens scatter; where a taper folds down
     # the area grows with twice the relative force, and two tests in nine are such.
     assert (error[:, 0] < 0.045).all() and np.median(error[:, 0]) < 0.015
-    assert (error[:, 1] < 0.045).all() and (error[:, 1] < 0.02).sum() >= 7
+    assert (error[:, 1] < 0.045).all() and np.median(error[:, 1]) < 0.01
     assert (error[:, 2] < 0.03).all()
 
 
