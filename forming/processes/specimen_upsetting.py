@@ -26,6 +26,11 @@ from .plate_contact import plate_contact
 Force = float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]
 
 
+#: Elements at the edge of the contact, as a share of those away from it: where the side folds onto the plate, psi rises
+#: within an element. Its mean is 1.7 % above that with elements half as large, 2.6 % with a share of 0.4.
+AT_EDGE = 0.35
+
+
 class ContactEdgeSize:
     """Element size: `mesh_size`, finer around the edge of the contact, which it follows.
 
@@ -36,12 +41,12 @@ class ContactEdgeSize:
     --------
     >>> size = ContactEdgeSize(mesh_size=1.0, edge=6.0)
     >>> size(np.array([[6.0, 0.0], [6.0, 50.0]])).tolist()
-    [0.4, 1.0]
+    [0.35, 1.0]
     """
 
     def __init__(self, mesh_size: float, edge: float) -> None:
         self.mesh_size = mesh_size
-        self.finest = min(0.4 * mesh_size, edge / 6.0)
+        self.finest = min(AT_EDGE * mesh_size, edge / 6.0)
         self.edge = edge
 
     def __call__(self, points: FloatArray) -> FloatArray:

