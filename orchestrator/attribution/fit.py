@@ -66,19 +66,16 @@ def attribution(
             f.cause for f in ranking[1:] if _confused(signal, X[f.cause], parts[f.cause], first.gain - f.gain)
         ]
         second, signal = _second(y, X, parts, confusion, [n for n in seen if n not in confusion], len(seen))
-    total = np.concatenate(deviation)
-    scale = float(np.sqrt(np.mean(total**2)))
-    expected = np.sqrt(np.mean(scatter.deviation**2))
+    before = _rms(np.concatenate(deviation))
     left, times = _left(y - signal, scatter)
-    if confusion and times > LEFT and np.sqrt(np.mean(left**2)) > scale:
+    if confusion and times > LEFT and _rms(left) > before:
         # Repeats and mesh leave the height of the curves open, so the course decides; but far outside the scatter a cause
         # that takes the curves further apart explains nothing.
         notes.append(
-            f"{first.cause} would fit the course of the curves best, but leave {np.sqrt(np.mean(left**2)):.1f} kN in place of "
-            f"{scale:.1f}: not named"
+            f"{first.cause} would fit the course of the curves best, but leave {_rms(left):.1f} kN in place of {before:.1f}: not named"
         )
         confusion, second = [], []
-        left, times = _left(y, scatter)
+        left, _ = _left(y, scatter)
     elif confusion and times > LEFT:
         notes.append(
             f"what is left after the causes named is {times:.1f} times the scatter: something else is wrong too"
@@ -90,16 +87,16 @@ def attribution(
         groups=_groups(seen, X, parts),
         unseen=unseen,
         deviation={
-            "before": scale,
-            "after": float(np.sqrt(np.mean(left**2))),
-            "scatter": float(expected),
-            "mesh": float(np.sqrt(np.mean(scatter.drift**2))),
+            "before": before,
+            "after": _rms(left),
+            "scatter": _rms(scatter.deviation),
+            "mesh": _rms(scatter.drift),
         },
         levels=[
             {
                 "level": v.name,
                 "stroke_mm": [float(v.stroke[0]), float(v.stroke[-1])],
-                "rms_kN": float(np.sqrt(np.mean((v.measured - v.simulated) ** 2))),
+                "rms_kN": _rms(v.measured - v.simulated),
             }
             for v in levels
         ],
@@ -109,9 +106,13 @@ def attribution(
     )
 
 
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def _left(whitened: FloatArray, scatter: Scatter) -> tuple[FloatArray, float]:
     """Return forces that are left [kN], and their size in standard deviations of the scatter."""
-    return scatter.factor @ whitened, float(np.sqrt(np.mean(whitened**2)))
+    return scatter.factor @ whitened, _rms(whitened)
 
 
 def _whitened(prints: Sequence[Sequence[FloatArray]], scatter: Scatter) -> FloatArray:

@@ -89,8 +89,7 @@ def _same_run(task: RunTask) -> bool:
         manifest = read_json(task.folder / "manifest.json")
         parts = manifest["components"]
         return bool(
-            manifest["results_sha256"] == path_digest(task.folder / "results.nc")
-            and manifest["status"] == "ok"
+            manifest["status"] == "ok"
             and manifest["mode"] == task.mode
             and manifest["steps"] == system.steps
             and manifest["communication_step"] == system.communication_step
@@ -100,6 +99,7 @@ def _same_run(task: RunTask) -> bool:
             and parts.keys() == system.components.keys()
             and all(parts[n]["sha256"] == path_digest(system.fmu_path(n)) for n in parts)
             and all(parts[n]["start"] == system.components[n].start for n in parts)
+            and manifest["results_sha256"] == path_digest(task.folder / "results.nc")
         )
     except (InputError, KeyError, TypeError, ValueError, OSError):
         return False
