@@ -73,6 +73,7 @@ def judge_case(case: Case, module: Any) -> Line:
         "effects": answer.effects,
         "confusion": answer.confusion,
         "confidence": answer.confidence,
+        "grounds": diagnosis.grounds,
     }
     line["score"] = score(case, answer)
     start = time.perf_counter()

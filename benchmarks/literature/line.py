@@ -28,12 +28,13 @@ class CaseRow(TypedDict):
 
 
 class AnswerRow(TypedDict):
-    """The fields of an `Answer`."""
+    """The fields of an `Answer`, and what its confidence rests on."""
 
     verdict: str
     effects: list[str]
     confusion: list[str]
     confidence: float | None
+    grounds: dict[str, float]
 
 
 class Line(TypedDict):

@@ -22,6 +22,7 @@ class Diagnosis:
     effects: list[str] = field(default_factory=list)
     confidence: float = 0.5
     confusion_set: list[str] = field(default_factory=list)
+    grounds: dict[str, float] = field(default_factory=dict)
 
 
 class Linear:

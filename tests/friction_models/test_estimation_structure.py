@@ -58,3 +58,13 @@ def test_p_values_are_uniform_where_nothing_is_left() -> None:
         campaign, found = searched(planted(100 + seed, tests=29, points=4)[0], seed)
         values.append(find_structure(campaign, found, np.empty((len(found.y), 0)), seed).p_value)
     assert kstest(values, "uniform").pvalue > 0.01
+
+
+def test_a_distance_that_no_average_tells_is_named_nowhere() -> None:
+    data, _ = planted(4, "bent", size=0.02)
+    averages = data.groupby("test_id", as_index=False).mean(numeric_only=True)
+    averages["sd"] = np.linspace(5.0, 40.0, len(averages))
+    campaign, found = searched(averages)
+    structure = find_structure(campaign, found, np.empty((len(found.y), 0)), 0)
+    assert campaign.varies("sd") and structure.where
+    assert not any("sd" in place["variables"] for place in structure.where)

@@ -31,11 +31,11 @@ class BesideReference:
         """Flexible prediction of the tests from one another."""
         return Reference(self.campaign, self.found.floor, self.found.y)
 
-    def shares(self, kept: Sequence[Fit]) -> ErrorShares:
-        """Return the budget of the model with effects."""
+    def shares(self, kept: Sequence[Fit], alone: float = BELIEVED) -> ErrorShares:
+        """Return the budget of the model with effects; where nothing is named, what is missing is `alone` standard errors sure at least."""
         beside = [[], kept] if kept else [[]]
         known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
-        needed = 1.0 if kept else BELIEVED
+        needed = 1.0 if kept else alone
         return error_shares(self.unseen.errors(), self.unseen.errors(effects_of(kept)), known, needed)
 
     def divided(self) -> ErrorShares:

@@ -15,7 +15,7 @@ from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import AS_GOOD
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
-from .error_budget import ErrorShares, fall, helps
+from .error_budget import BELIEVED, ErrorShares, fall, helps
 from .identifiability import RESOLUTION
 from .rivals import Further, Rivals, told
 from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
@@ -67,6 +67,8 @@ class UnseenTestsJudge:
             return Confirmation(verdict, chosen if verdict in NAMED else [])
         if self.unseen.errors().rms < RESOLUTION * float(np.mean(np.abs(self.campaign.mu))):
             return Confirmation("nothing_missing", shares=self.beside.shares([]), within_resolution=True)
+        # what the scan sees for certain has to be confirmed only: a window of few tests makes no large certainty
+        alone = CONFIRMED if verdict == "unknown_structure" else BELIEVED
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it: of three doubts,
             # that something is left for certain, that it is much, and that the first name bends, one alone does not weigh more
@@ -74,7 +76,7 @@ class UnseenTestsJudge:
             left = self.beside.shares(kept)
             if kept and sum([left.believed, left.left >= EXPLAINED, bent]) < 2:
                 verdict = named
-            elif not self.beside.shares([]).missing > 0.0:
+            elif not self.beside.shares([], alone).missing > 0.0:
                 verdict = named if kept and not left.believed else "nothing_missing"
             elif kept and (several := self._several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
@@ -84,10 +86,10 @@ class UnseenTestsJudge:
         kept = self._grown(self._that_help(chosen, 1), len(chosen)) if verdict in NAMED else []
         if (instead := self._best_led(kept)) is not kept:
             kept = self._grown(instead, len(instead))
-        shares = self.beside.shares(kept)
+        shares = self.beside.shares(kept, alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
-            kept, shares = [], self.beside.shares([])
+            kept, shares = [], self.beside.shares([], alone)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
         kept = self.rivals.largest_first(kept)
         rivals = told(kept, beside)

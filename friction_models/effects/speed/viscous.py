@@ -52,7 +52,7 @@ class Viscous(Effect):
             0.0,
             0.1,
             0.01,
-            values=(0.0, 0.004, 0.008, 0.015, 0.03),
+            values=(0.004, 0.008, 0.015, 0.03),
         ),
         ShapeParameter("q", "1", "exponent of the Hersey number", 0.2, 1.0, 1.0, values=(0.3, 0.6, 1.0)),
         ShapeParameter("m", "1", "share of the pressure", 0.0, 1.0, 1.0, values=(0.0, 1.0)),

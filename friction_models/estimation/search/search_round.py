@@ -30,7 +30,7 @@ from .significance import (
     null_noise,
     simulate,
 )
-from .sum_of_parts import is_part, parts_first, shown_by_parts
+from .sum_of_parts import fewer_loads_first, is_part, parts_first, shown_by_parts
 from .unseen_loads import varied_first
 
 #: Standard deviations from the rest of its test beyond which a bin is an outlier.
@@ -209,7 +209,8 @@ def search(
     ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
     by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)
     listed = [c.effect.name for c in candidates]
-    ranking = varied_first(campaign, parts_first(simple_first(ranking), by_parts))
+    ranking = parts_first(simple_first(ranking), by_parts)
+    ranking = varied_first(campaign, fewer_loads_first(campaign, ranking, residual, whiten, project))
     return SearchRound(
         floor=floor,
         residual=residual,

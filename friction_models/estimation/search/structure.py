@@ -88,10 +88,9 @@ def _noise(
 
 def find_structure(campaign: BinnedTests, found: SearchRound, signal: FloatArray, seed: int) -> Structure:
     """Look for structure beyond the base and the whitened columns `signal` of the effects found, shape (m, k); k may be 0."""
-    names = [n for n in LOAD_NAMES if campaign.varies(n)]
-    curves = {n: curve(transformed(campaign, n), 3) for n in names}
-    blocks: dict[tuple[str, ...], FloatArray] = {(n,): curves[n] for n in names}
-    for a, b in combinations(names, 2):
+    curves = _curves(campaign)
+    blocks: dict[tuple[str, ...], FloatArray] = {(n,): curves[n] for n in curves}
+    for a, b in combinations(curves, 2):
         blocks[(a, b)] = _with_products(curves[a], curves[b])
     base = np.column_stack([found.whiten(found.columns), signal])
     project = Projector(base)
@@ -141,12 +140,11 @@ def places_of(campaign: BinnedTests, difference: FloatArray, metadata: Sequence[
 
     `metadata` are columns of the test table that count, too.
     """
-    names = [n for n in LOAD_NAMES if campaign.varies(n)]
     root = np.sqrt(campaign.count)
     mean = float(campaign.count @ difference / campaign.count.sum())
     target = root * (difference - mean)
     whole = max(float(target @ target), 1e-300)
-    curves = {n: curve(transformed(campaign, n), 3) for n in names}
+    curves = _curves(campaign)
     shares: dict[tuple[str, ...], tuple[float, FloatArray]] = {}
 
     def add(key: tuple[str, ...], columns: FloatArray) -> None:
@@ -159,14 +157,14 @@ def places_of(campaign: BinnedTests, difference: FloatArray, metadata: Sequence[
         if shares[(a, b)][0] < max(shares[(a,)][0], shares[(b,)][0]) + INTERACTION:
             del shares[(a, b)]
 
-    for n in names:
+    for n in curves:
         add((n,), curves[n])
-    for a, b in combinations(names, 2):
+    for a, b in combinations(curves, 2):
         add_surface(a, b, curves[b])
     for n in metadata:
         columns = _metadata_curve(campaign, n)
         add((n,), columns)
-        for a in names:
+        for a in curves:
             add_surface(a, n, columns)
     best = sorted(shares, key=lambda key: -shares[key][0])
     return [
@@ -183,6 +181,12 @@ def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:
     if len(levels) <= MOST_LEVELS_APART or is_text(campaign.loads, name):
         return (values[:, None] == levels[None, 1:]).astype(float)
     return curve(values, 1)
+
+
+def _curves(campaign: BinnedTests) -> dict[str, FloatArray]:
+    """Return curves along each load; one that varies only between the points of an average has none."""
+    scaled = {n: transformed(campaign, n) for n in LOAD_NAMES if campaign.varies(n)}
+    return {n: curve(values, 3) for n, values in scaled.items() if np.ptp(values) > 0.0}
 
 
 def _with_products(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -1,4 +1,7 @@
-"""Effects that a sum of simpler ones imitates: rate and state friction is a speed law plus running-in while no speed changes."""
+"""Effects that simpler ones imitate: rate and state friction is a speed law plus running-in while no speed changes.
+
+A breakdown by temperature and pressure is one by temperature alone, in another form, where nothing depends on the pressure.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,10 @@ from .scan import VISIBLE, Fit, Projector, best_fit
 OWN = 40.0
 #: Bends of each curve.
 KNOTS = 8
+#: A simpler effect is tried in place of the first one from this share of its evidence on.
+NEARLY = 0.85
+#: Gain that chance hardly leaves the first one beyond a simpler effect and curves along its loads.
+CHANCE = 12.0
 
 
 def shown_by_parts(
@@ -44,6 +51,28 @@ def parts_first(ranking: list[Fit], by_parts: Collection[str]) -> list[Fit]:
     return ranking if part is None else [part, *(f for f in ranking if f is not part)]
 
 
+def fewer_loads_first(
+    campaign: BinnedTests, ranking: list[Fit], residual: FloatArray, whiten: Whitener, project: Projector
+) -> list[Fit]:
+    """Let an effect of fewer loads lead the first one if that shows nothing beyond it, in whatever form along its own loads.
+
+    `residual` is that of `shown_by_parts`.
+    """
+    if not ranking or ranking[0].gain <= 0.0:
+        return ranking
+    first = ranking[0]
+    for part in ranking[1:]:
+        simpler = len(part.amplitudes) <= len(first.amplitudes) and _drivers(part) < _drivers(first)
+        nearly = part.evidence > NEARLY * first.evidence and part.effect.kind == first.effect.kind
+        if not (simpler and nearly):
+            continue
+        forms = part.prepared.columns[:, part.prepared.usable.all(axis=1)].reshape(len(residual), -1)
+        curves = project(whiten(spline_columns(campaign, part.effect.driver, KNOTS)))
+        if _gain_beyond(first, np.column_stack([forms, curves]), residual) <= CHANCE:
+            return [part, *(f for f in ranking if f is not part)]
+    return ranking
+
+
 def is_part(fit: Fit, whole: Fit) -> bool:
     """Return whether an effect has fewer amplitudes than another one, and only loads of it."""
     return len(fit.amplitudes) < len(whole.amplitudes) and _drivers(fit) < _drivers(whole)
@@ -56,9 +85,13 @@ def _drivers(fit: Fit) -> frozenset[str]:
 def _own_gain(
     campaign: BinnedTests, fit: Fit, residual: FloatArray, whiten: Whitener, project: Projector
 ) -> float:
-    """Return the gain of an effect, at its best shape, beyond curves along each of its loads."""
-    curves = spline_columns(campaign, fit.effect.driver, KNOTS)
-    beyond = Projector(project(whiten(curves)))
+    """Return the gain of an effect beyond curves along each of its loads."""
+    return _gain_beyond(fit, project(whiten(spline_columns(campaign, fit.effect.driver, KNOTS))), residual)
+
+
+def _gain_beyond(fit: Fit, others: FloatArray, residual: FloatArray) -> float:
+    """Return the gain of an effect, at its best shape, beyond other columns, whitened and without the base, shape (m, k)."""
+    beyond = Projector(others)
     prepared = fit.prepared
     columns = beyond(prepared.columns)
     seen = np.sum(columns**2, axis=0) > VISIBLE * np.maximum(np.sum(prepared.columns**2, axis=0), 1e-12)
