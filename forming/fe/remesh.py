@@ -215,13 +215,15 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
     """
     body = state.body
     old_surface = body.surface
+    before = state.carried if state.tables is None else Loading(state.tables, state.weights, state.forces)
+    tables = None if before is None else before.tables
     for k in range(trial, len(SCALES)):
 
         def scaled(points: FloatArray, scale: float = SCALES[k]) -> FloatArray:
             return scale * size(points)
 
         try:
-            surface = resample_surface(old_surface, scaled, state.tools, state.tables)
+            surface = resample_surface(old_surface, scaled, state.tools, tables)
             mesh = mesh_inside(surface.points, scaled)
             break
         except (MeshError, QhullError, ValueError, IndexError):
@@ -255,7 +257,6 @@ def remesh(state: State, size: SizeField, material: WorkpieceMaterial, heat: boo
     if heat:
         state.body.T = keep_heat(body, state.body, material)
     state.strain_at_remesh = state.body.strain.copy()
-    before = state.carried if state.tables is None else Loading(state.tables, state.weights, state.forces)
     if before is not None:
         weights = np.zeros(len(state.body.chain))
         surface_weights(mesh.x, state.body.chain, weights)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..fe.contact import gap_and_normal
-from ..fe.mesh.polyline import distance_to_arc, distance_to_point, distance_to_segment
+from ..fe.markers import EDGE
+from ..fe.mesh.polyline import distance_to_arc, distance_to_point, distance_to_segment, turns
 from ..fe.mesh.shape import FloatArray
 from ..fe.remesh import body_within
 from ..fe.simulation import Simulation
@@ -31,9 +33,6 @@ FINE_RADIUS, FINE_STEP, ROUNDED, FINEST = 0.2, 0.16, 0.7, 0.3
 COARSEST = 0.04
 #: Elements in the corner between punch and container, as a share of those in the die.
 IN_CORNER = 0.4
-#: Elements at the edge of the billet that goes ahead: as a share of those in the die, but not below this share of the
-#: container's radius; and how much they grow per mm away from it.
-AT_FRONT, SMALLEST, FRONT_GROWTH = 0.25, 0.01, 0.15
 #: Largest increment after a remeshing, as a share of the largest: two of them make a communication step of 0.1 mm.
 AFTER_REMESH = 0.5
 #: Largest plastic strain between two remeshings. The surface that leaves the die stretches by as much, and a rod whose
@@ -43,6 +42,21 @@ STRAIN = 0.25
 SLIDING, ARRIVAL = 0.55, 0.2
 #: Longest container [mm].
 LONGEST = 1000.0
+
+
+class FrontSize(NamedTuple):
+    """Elements at the edge of the billet that goes ahead."""
+
+    #: As a share of those in the die, but not below this share of the container's radius.
+    share: float
+    least: float
+    #: How much they grow per mm away from the edge.
+    growth: float
+
+
+#: While the die folds the edge open, and then. A fold is never sharper than the elements: coarse ones stretch the side beside it
+#: too much, and by what each mesh happens to have there.
+FOLDING, FOLDED = FrontSize(0.15, 0.006, 0.25), FrontSize(0.25, 0.01, 0.15)
 
 
 @dataclass(frozen=True)
@@ -61,6 +75,7 @@ class _DieSize:
     cone_end_z: float
     top: float = math.inf
     front: tuple[float, float] = (math.inf, math.inf)
+    at_front: FrontSize = FOLDING
 
     def __call__(self, points: FloatArray) -> FloatArray:
         die = self.die
@@ -85,8 +100,9 @@ class _DieSize:
         rod = min(largest, max(die.exit_radius / 4.0, self.base))
         corner = distance_to_point(points, die.container_radius, self.top)
         fine = np.minimum(fine, IN_CORNER * self.base + 0.3 * corner)
-        finest = max(AT_FRONT * self.base, SMALLEST * die.container_radius)
-        fine = np.minimum(fine, finest + FRONT_GROWTH * distance_to_point(points, *self.front))
+        at_front = self.at_front
+        finest = max(at_front.share * self.base, at_front.least * die.container_radius)
+        fine = np.minimum(fine, finest + at_front.growth * distance_to_point(points, *self.front))
         return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
 
 
@@ -240,9 +256,14 @@ class ForwardRodExtrusion(Extrusion):
 
         def size_at(state: State) -> _DieSize:
             below = replace(size, top=top - state.travel)
-            r, z = state.markers.corners(state.body.surface)[0]
+            surface = state.body.surface
+            r, z = state.markers.corners(surface)[0]
             # Behind the die nothing stretches any more.
-            return below if z < -die.relief else replace(below, front=(r, z))
+            if z < -die.relief:
+                return below
+            near = distance_to_point(surface, r, z) < base
+            folds = turns(surface)[near].max(initial=0.0) > EDGE
+            return replace(below, front=(r, z), at_front=FOLDING if folds else FOLDED)
 
         body = body_within(outline, replace(size, top=top, front=(radius, bottom)), tools, self.T_billet)
         body.velocity[:, 1] = -self.speed

@@ -17,10 +17,11 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from ..records.record import SctRecord
-from .uncertainty import AreaAndPsi, GivenUncertainty, other_dimensions, other_friction
+from .uncertainty import GivenUncertainty, other_dimensions, other_friction
 from .upsetting import (
     FILLED,
     SPEED,
+    ContactAtPoints,
     UpsettingCase,
     UpsettingRun,
     contact_forces,
@@ -172,31 +173,31 @@ class ContactReading:
             lambda to: self._run_to(max(to, highest)), force, self.diameter, self.case.punch
         )
 
-    def area_and_psi(self, upsetting: UpsettingRun) -> AreaAndPsi:
-        """Return contact area [mm2] and mean surface expansion at the points, both of shape (m,)."""
-        return upsetting.area_and_psi(self.sliding_F_n, self.case.force)
+    def at_points(self, upsetting: UpsettingRun) -> ContactAtPoints:
+        """Return the contact at the points."""
+        return upsetting.at_points(self.sliding_F_n, self.case.force)
 
-    def others(self, found: FoundContact, given: GivenUncertainty) -> list[AreaAndPsi]:
+    def others(self, found: FoundContact, given: GivenUncertainty) -> list[ContactAtPoints]:
         """Return the contact after a change of what it depends on, one at a time, each by its uncertainty.
 
         Flow stress, dimensions and friction while upsetting; a measured diameter takes the place of the first two.
         """
         usual = found.upsetting
-        harder = self.area_and_psi(replace(usual, flow_stress=usual.flow_stress * (1.0 + given.flow_stress)))
-        changed: list[AreaAndPsi] = []
+        harder = self.at_points(replace(usual, flow_stress=usual.flow_stress * (1.0 + given.flow_stress)))
+        changed: list[ContactAtPoints] = []
         if found.use in (FORCE_AND_AREA, AREA):
             assert self.diameter is not None
             again = replace(self, diameter=self.diameter + READING).read()
-            changed.append(self.area_and_psi(again.upsetting))
+            changed.append(self.at_points(again.upsetting))
             if found.use == AREA:
-                changed.append((self.area_and_psi(usual)[0], harder[1]))
+                changed.append(harder._replace(area=self.at_points(usual).area))
         else:
             changed.append(harder)
             changed += other_dimensions(usual, self.sliding_F_n, self.case.force, given.diameter)
 
-        def at_friction(mu: float) -> AreaAndPsi:
+        def at_friction(mu: float) -> ContactAtPoints:
             again = replace(self, case=replace(self.case, mu=mu)).read()
-            return self.area_and_psi(again.upsetting)
+            return self.at_points(again.upsetting)
 
         return changed + other_friction(at_friction, self.case.mu, given)
 

@@ -96,7 +96,8 @@ class TwinSettings:
         reading = ContactReading(case, seconds, series.F_n, diameter, record.where)
         found = reading.read()
         state = found.upsetting.at(upset_to)
-        area, psi = reading.area_and_psi(found.upsetting)
+        at_points = reading.at_points(found.upsetting)
+        area, psi = at_points.area, at_points.psi
         waiting = _waiting(signals, upset_to)
 
         def heated(state: ContactState, heat: ThermalSettings) -> TemperatureHistory:
@@ -135,7 +136,7 @@ class TwinSettings:
             columns |= load_uncertainties(
                 columns["sigma_n"],
                 columns["T"] - signals.T_plate,
-                (area, psi),
+                at_points,
                 reading.others(found, self.uncertainty),
                 state,
                 self.heat,

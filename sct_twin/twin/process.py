@@ -211,11 +211,10 @@ class SctProcess:
         """Return exactly to a snapshot of this process; it can be used again."""
         self._now = replace(snapshot, contact=snapshot.contact.copy())
 
-    def restarted(self, thermal: ThermalSettings, area_factor: float = 1.0) -> Self:
-        """Return this process at its start with other heat data, and a contact so many times as large."""
+    def restarted(self, thermal: ThermalSettings, upsetting: UpsettingRun) -> Self:
+        """Return this process at its start with other heat data and another contact."""
         process = copy.copy(self)
-        process.thermal = thermal
-        process.upsetting = replace(self.upsetting, area_factor=area_factor)
+        process.thermal, process.upsetting = thermal, upsetting
         process._now = process._start()
         return process
 

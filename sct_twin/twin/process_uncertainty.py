@@ -13,13 +13,12 @@ from .heat.thermal_settings import ThermalSettings
 from .process import LOADED, SctProcess
 from .uncertainty import (
     COARSE,
-    AreaAndPsi,
     GivenUncertainty,
     load_uncertainties,
     other_dimensions,
     other_friction,
 )
-from .upsetting import UpsettingRun, known_upset
+from .upsetting import ContactAtPoints, ContactState, UpsettingRun, known_upset
 
 
 def process_uncertainties(
@@ -59,15 +58,17 @@ def process_uncertainties(
         upset_to = process.F_max
     usual, case = process.upsetting, process.upsetting.case
 
-    def driven(thermal: ThermalSettings, area_factor: float = 1.0) -> dict[str, FloatArray]:
-        other = process.restarted(thermal, area_factor)
+    def driven(
+        thermal: ThermalSettings, area_factor: float = 1.0, warmer: float = 0.0
+    ) -> dict[str, FloatArray]:
+        other = process.restarted(thermal, replace(usual, area_factor=area_factor, warmer=warmer))
         loads = np.array([other.advance(*step) for step in steps.tolist()])
         return dict(zip(process.load_names, loads.T))
 
-    def read(run: UpsettingRun) -> AreaAndPsi:
-        return run.area_and_psi(force, upset_to)
+    def read(run: UpsettingRun) -> ContactAtPoints:
+        return run.at_points(force, upset_to)
 
-    def at_friction(upsetting_mu: float) -> AreaAndPsi:
+    def at_friction(upsetting_mu: float) -> ContactAtPoints:
         other = replace(case, mu=upsetting_mu)
         return read(UpsettingRun(known_upset(other, "SCT process"), other))
 
@@ -78,6 +79,10 @@ def process_uncertainties(
         *other_friction(at_friction, case.mu, given),
     ]
     state = usual.at(upset_to)
+
+    def temperature(other: ContactState, thermal: ThermalSettings) -> FloatArray:
+        return driven(thermal, other.area / state.area, other.T_specimen - state.T_specimen)["T"]
+
     return load_uncertainties(
         loads["sigma_n"],
         loads["T"] - steps[:, 3],
@@ -85,6 +90,6 @@ def process_uncertainties(
         others,
         state,
         process.thermal,
-        lambda other, thermal: driven(thermal, other.area / state.area)["T"],
+        temperature,
         given,
     )

@@ -14,14 +14,14 @@ from friction_models.common import InputError
 from friction_models.loads import FloatArray
 
 from .heat.thermal_settings import ThermalBody, ThermalSettings
-from .upsetting import FILLED, ContactState, UpsettingRun
+from .upsetting import FILLED, ContactAtPoints, ContactState, UpsettingRun
 
-#: Contact area [mm2] and mean surface expansion at every point, both of shape (n,).
-AreaAndPsi = tuple[FloatArray, FloatArray]
 #: Plate cells across the contact of the runs whose differences count.
 COARSE = 12
 #: Change of the contact area whose effect on the temperature is computed, relative.
 AREA_STEP = 0.02
+#: Change of the specimen's temperature when it begins to slide whose effect is computed [K].
+START_STEP = 5.0
 
 
 @dataclass(frozen=True)
@@ -60,25 +60,25 @@ class GivenUncertainty:
 
 def other_dimensions(
     upsetting: UpsettingRun, F_n: FloatArray, upset_to: float, by: float
-) -> list[AreaAndPsi]:
+) -> list[ContactAtPoints]:
     """Return contacts of a specimen whose diameter is larger by `by` [mm], and of a bore that is.
 
     A filled bore gives the area, and a larger specimen expands less in it. Otherwise a specimen that is s times as
     large under s^2 times the force has s^2 times the contact.
     """
     specimen, bore = upsetting.case.punch.specimen_diameter, upsetting.case.punch.bore_diameter
-    area, psi = upsetting.area_and_psi(F_n, upset_to)
+    usual = upsetting.at_points(F_n, upset_to)
     s2 = (1.0 + by / specimen) ** 2
-    if bore is not None and 2.0 * math.sqrt(area[-1] / math.pi) > FILLED * bore:
+    if bore is not None and 2.0 * math.sqrt(usual.area[-1] / math.pi) > FILLED * bore:
         b2 = (1.0 + by / bore) ** 2
-        return [(area, psi / s2), (area * b2, psi * b2)]
-    wide, spread = upsetting.area_and_psi(F_n / s2, upset_to / s2)
-    return [(wide * s2, spread)]
+        return [usual._replace(psi=usual.psi / s2), usual._replace(area=usual.area * b2, psi=usual.psi * b2)]
+    wider = upsetting.at_points(F_n / s2, upset_to / s2)
+    return [wider._replace(area=wider.area * s2)]
 
 
 def other_friction(
-    read: Callable[[float], AreaAndPsi], upsetting_mu: float, given: GivenUncertainty
-) -> list[AreaAndPsi]:
+    read: Callable[[float], ContactAtPoints], upsetting_mu: float, given: GivenUncertainty
+) -> list[ContactAtPoints]:
     """Return the contact after another friction while upsetting: more, or less where a fold does not get through with more."""
     by = given.upsetting_mu
     for mu in (upsetting_mu + by, max(upsetting_mu - by, 0.0)):
@@ -90,8 +90,8 @@ def other_friction(
 def load_uncertainties(
     sigma_n: FloatArray,
     rise: FloatArray,
-    contact: AreaAndPsi,
-    others: Iterable[AreaAndPsi],
+    contact: ContactAtPoints,
+    others: Iterable[ContactAtPoints],
     state: ContactState,
     heat: ThermalSettings,
     temperature: Callable[[ContactState, ThermalSettings], FloatArray],
@@ -104,15 +104,20 @@ def load_uncertainties(
 
     - `sigma_n`: as stated [MPa]; `rise`: of the contact temperature above the plate [K]; both of shape (n,).
     - `contact`, `others`: the contact as stated, and after each change of what shapes it.
-    - `temperature`: returns the contact temperature at the points for another contact or other heat data.
+    - `temperature`: returns the contact temperature at the points for another contact, warmer or wider, or other heat data.
     """
-    area, psi = contact
+    area, psi = contact.area, contact.psi
     coarse = replace(heat, cells=min(COARSE, heat.cells))
     usual = temperature(state, coarse)
 
-    def change(settings: ThermalSettings, area_factor: float = 1.0) -> FloatArray:
-        wider = replace(state, area=state.area * area_factor, radius=state.radius * math.sqrt(area_factor))
-        return temperature(wider, settings) - usual
+    def change(settings: ThermalSettings, area_factor: float = 1.0, warmer: float = 0.0) -> FloatArray:
+        other = replace(
+            state,
+            area=state.area * area_factor,
+            radius=state.radius * math.sqrt(area_factor),
+            T_specimen=state.T_specimen + warmer,
+        )
+        return temperature(other, settings) - usual
 
     # A grid that is half as fine has the same sensitivities to some percent.
     factor = 1.0 + given.heat_data / math.sqrt(2.0)
@@ -123,12 +128,14 @@ def load_uncertainties(
     squares_T += change(replace(coarse, specimen=_scaled(heat.specimen, factor))) ** 2
     by_area = change(coarse, 1.0 + AREA_STEP) / math.log1p(AREA_STEP)
     squares_sigma, squares_psi = (given.mesh * sigma_n) ** 2, (given.mesh * psi) ** 2
+    by_start = change(coarse, warmer=START_STEP) / START_STEP
     squares_T += (by_area * given.mesh) ** 2
-    for other_area, other_psi in others:
-        grown = np.log(other_area / area)
+    for other in others:
+        grown = np.log(other.area / area)
         squares_sigma += (sigma_n * grown) ** 2
-        squares_psi += (other_psi - psi) ** 2
-        squares_T += (by_area * grown) ** 2
+        squares_psi += (other.psi - psi) ** 2
+        # What is upset less slides on a smaller area, which is hotter, but starts colder.
+        squares_T += (by_area * grown + by_start * (other.T_specimen - contact.T_specimen)) ** 2
     names = ("u_sigma_n", "u_psi", "u_T")
     return dict(zip(names, map(np.sqrt, (squares_sigma, squares_psi, squares_T))))
 

@@ -172,6 +172,16 @@ def geometry(record: SctRecord) -> PunchGeometry:
     return PunchGeometry(*size, bore or None, tip or None, record.number("tip_height", 2.5))
 
 
+class ContactAtPoints(NamedTuple):
+    """The contact of the points of a test."""
+
+    #: Area [mm2] and mean surface expansion, shape (n,).
+    area: FloatArray
+    psi: FloatArray
+    #: Temperature of the specimen with all heat of upsetting in it [degC].
+    T_specimen: float
+
+
 @dataclass(frozen=True, eq=False)
 class UpsettingRun:
     """An upsetting run that is read at forces."""
@@ -179,32 +189,39 @@ class UpsettingRun:
     result: UpsettingResult
     case: UpsettingCase
     #: Flow stress of the specimen over that of the run: the contact under a force F is that of the run under
-    #: F / `flow_stress`, with its pressure in proportion.
+    #: F / `flow_stress`, with its pressure and its heat in proportion.
     flow_stress: float = 1.0
     #: Measured contact area over that of the run.
     area_factor: float = 1.0
+    #: By how much the specimen is warmer than after the run [K].
+    warmer: float = 0.0
 
     def at(self, force: float) -> ContactState:
         """Return the contact under a force [N]."""
         state = ContactState.from_result(self.result, force / self.flow_stress, self.case)
+        T0 = self.case.T0
         return replace(
             state,
             force=float(force),
             area=state.area * self.area_factor,
             radius=state.radius * math.sqrt(self.area_factor),
             pressure=state.pressure * (self.flow_stress / self.area_factor),
+            T_specimen=T0 + self.flow_stress * (state.T_specimen - T0) + self.warmer,
         )
 
-    def area_and_psi(self, F_n: FloatArray, upset_to: float) -> tuple[FloatArray, FloatArray]:
-        """Return contact area [mm2] and mean expansion at `contact_forces`, both of the shape of `F_n`."""
+    def at_points(self, F_n: FloatArray, upset_to: float) -> ContactAtPoints:
+        """Return the contact at `contact_forces` of normal forces [N], shape (n,)."""
         forces = contact_forces(F_n, upset_to)
+        first = self.at(upset_to)
         if float(forces[-1]) == upset_to:
-            state = self.at(upset_to)
-            return np.full(len(F_n), state.area), np.full(len(F_n), state.psi)
+            return ContactAtPoints(
+                np.full(len(F_n), first.area), np.full(len(F_n), first.psi), first.T_specimen
+            )
         nodes = np.linspace(upset_to, float(forces[-1]), 13)
         states = [self.at(float(force)) for force in nodes]
         areas = np.interp(forces, nodes, [state.area for state in states])
-        return areas, np.interp(forces, nodes, [state.psi for state in states])
+        psi = np.interp(forces, nodes, [state.psi for state in states])
+        return ContactAtPoints(areas, psi, first.T_specimen)
 
 
 def contact_forces(F_n: FloatArray, upset_to: float) -> FloatArray:

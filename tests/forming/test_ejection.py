@@ -101,10 +101,11 @@ def test_rod_is_pushed_out_against_the_friction_of_what_grips_it(rods):
     assert found.travel[back][-1] < 0.02 * 16.0
     sliding = out & (found.travel > 0.5)
     assert np.median(np.abs(found.force / found.grip - 1.0)[sliding]) < 0.01
-    assert found.max_force == pytest.approx(found.grip[out][found.travel[out] > 0.2].max(), rel=0.1)
+    # The rounding of the die lets go at once, the container goes on gripping: the largest force is that of the first moment.
     held = sum(patch.friction for patch in found.patches)
-    # The rounding of the die lets go at once, the container goes on gripping.
-    assert 0.5 * held < found.max_force < 1.1 * held
+    then = out & (found.travel > 0.2)
+    assert found.force[then].max() == pytest.approx(found.grip[then].max(), rel=0.01)
+    assert 0.5 * held < found.force[then].max() <= found.max_force < 1.1 * held
     # The end is where the head, 16 mm long, stands in the opening of the container only.
     assert 12.0 < found.travel[-1] < 20.0
     assert {patch.tool for patch in found.patches} == {"die"}

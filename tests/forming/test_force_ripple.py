@@ -36,7 +36,8 @@ def sizes(process, points):
 def test_elements_on_the_roundings_of_the_die(mesh_size, monkeypatch):
     """A seventh of the radius or 7/40 of the bite, in proportion to `mesh_size`; far away nothing changes."""
     # The billet's edge stands on the entry at first.
-    monkeypatch.setattr(forward_rod_extrusion, "AT_FRONT", 10.0)
+    large = forward_rod_extrusion.FOLDING._replace(share=10.0)
+    monkeypatch.setattr(forward_rod_extrusion, "FOLDING", large)
     process = ForwardRodExtrusion(half_angle=30.0, entry_radius=1.0, edge_radius=1.4, mesh_size=mesh_size)
     die, top = process.die, process.die.segments(1.0)[1]
     angle = np.radians(15.0)

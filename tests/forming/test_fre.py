@@ -159,8 +159,9 @@ def test_a_run_that_fails_keeps_what_it_has():
     process = ForwardRodExtrusion(**COARSE)
     process.start(0.05)
     process.advance(0.2)
-    # A broken state stands for whatever the solver cannot cope with.
+    # A broken state stands for whatever the solver cannot cope with, and there is no mesh before it to go back to.
     process.simulation.state.body.velocity[:] = np.nan
+    process.simulation.state.old_mesh = None
     assert process.advance(0.1) is False
     assert process.status == "stopped"
     assert "stroke 0.200 mm" in process.message

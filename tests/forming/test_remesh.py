@@ -76,6 +76,9 @@ def test_remeshings_of_a_run_keep_the_heat():
     grown = (new.volume() / old.volume() - 1.0) * above[0]
     assert abs(grown) < 1e-4 * above[0]
     assert above[1] - above[0] == pytest.approx(grown, abs=2e-6 * above[0])
+    # One right after another, too: the contact before the first still tells what a tool holds.
+    assert simulation.remesh()
+    assert simulation.state.body.volume() == pytest.approx(new.volume(), rel=1e-6)
 
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])

@@ -90,16 +90,29 @@ def test_flow_stress_and_friction_while_upsetting(record_maker: Maker) -> None:
     for name in ("sigma_n", "psi"):
         change = np.abs(harder[name] - base[name])
         assert stated[f"u_{name}"] == pytest.approx(change, rel=0.25), name
-    # What has been upset less starts colder, which the uncertainty does not count: it states up to half too much, and the
-    # more the finer the mesh is (elements of 0.5 mm: 1.5 times the change at the 15th point).
-    change = np.abs(harder["T"] - base["T"])
-    assert (stated["u_T"] > 0.8 * change).all()
-    assert (stated["u_T"][15:] < 1.6 * change[15:]).all()
     rough = columns(plain(upsetting_mu=0.09), test)
     stated = columns(plain(uncertainty=only(upsetting_mu=0.02)), test)
     # The change is half a percent here, and the area moves by jumps of the mesh of a tenth of that.
     for name in ("sigma_n", "psi"):
         assert stated[f"u_{name}"] == pytest.approx(np.abs(rough[name] - base[name]), rel=0.15), name
+
+
+@pytest.mark.parametrize("mesh_size", [0.9, 0.5])
+def test_temperature_after_another_flow_stress(record_maker: Maker, mesh_size: float) -> None:
+    """What has been upset less starts colder and slides on a smaller, hotter contact: at first the two cancel."""
+
+    def change_and_stated(metadata: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        test, harder = record(record_maker, metadata, 157e3), steel_16MnCr5().hardened(1.05)
+        twins = plain(), plain(material=harder), plain(uncertainty=only(flow_stress=0.05))
+        base, other, stated = (columns(replace(twin, mesh_size=mesh_size), test) for twin in twins)
+        return np.abs(other["T"] - base["T"]), stated["u_T"]
+
+    change, stated = change_and_stated(OPEN)
+    assert stated == pytest.approx(change, rel=0.3, abs=0.5)
+    assert stated[15:] == pytest.approx(change[15:], rel=0.3)
+    # Where the whole face touches from the start, 1.3 K less at first and half a kelvin more at the end.
+    change, stated = change_and_stated({"T_tool": 20.0})
+    assert stated == pytest.approx(change, abs=0.5)
 
 
 def test_dimensions(record_maker: Maker) -> None:
