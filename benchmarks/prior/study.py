@@ -170,12 +170,12 @@ def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, T
     by_author = Table(
         ["campaigns", "answers", "mean confidence", "right", "calibration error", "right at 0.9 and above"]
     )
-    every: tuple[list[float], list[bool]] = ([], [])
-    for name, rows in judged.items():
+    together = {**judged, "all": [r for own in judged.values() for r in own]}
+    for name, rows in together.items():
         said = [confidence(r["verdict"], r["grounds"]) for r in rows]
         was = [bool(r["right"]) for r in rows]
         sure = [w for s, w in zip(said, was, strict=True) if s >= SURE]
-        error, _ = reliability(said, was, BINS)
+        error, bins = reliability(said, was, BINS)
         by_author.rows.append(
             [
                 name,
@@ -186,10 +186,8 @@ def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, T
                 f"{sum(sure)} of {len(sure)}",
             ]
         )
-        every[0].extend(said)
-        every[1].extend(was)
     diagram = Table(["confidence", "answers", "mean confidence", "right"])
-    for b in reliability(*every, BINS)[1]:
+    for b in bins:  # of all, which come last
         if b.n:
             diagram.rows.append([f"{b.low:.1f} to {b.high:.1f}", b.n, f"{b.said:.2f}", f"{b.was:.2f}"])
     return by_author, diagram

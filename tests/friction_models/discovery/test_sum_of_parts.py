@@ -6,9 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.literature import cases, make
 from friction_models.discovery import diagnose
 
 CATALOGUE = ("rate_state", "running_in", "rising_speed", "stribeck", "thermal_softening")
+BREAKDOWNS = (
+    "thermal_breakdown",
+    "hot_pressure_breakdown",
+    "thermal_softening",
+    "flash_temperature",
+    "hersey",
+)
 #: Friction after a change of speed settles over this distance, mm.
 SLIP = 1.5
 
@@ -65,3 +73,18 @@ def test_memory_that_shows_after_changes_of_speed_is_named() -> None:
     mu = 0.1 + 0.008 * log_v - 0.006 * lagging + _noise(rng, data)
     answer = diagnose(data.assign(mu=mu), catalogue=CATALOGUE)
     assert answer.effects == ["rate_state"], answer.sentence
+
+
+@pytest.mark.parametrize(
+    ("law", "recipe", "first"),
+    [
+        ("breakdown_weibull", "random_walk", "thermal_breakdown"),
+        ("breakdown_desorption", "heteroscedastic", "thermal_breakdown"),
+        ("breakdown_index", "heteroscedastic", "hot_pressure_breakdown"),
+    ],
+)
+def test_a_pressure_on_which_nothing_depends_is_not_named(law: str, recipe: str, first: str) -> None:
+    # laws of the literature in campaigns of another author: the first two rise with temperature alone, not as the catalogue does
+    case = next(c for c in cases(60) if c.laws == (law,) and c.recipe == recipe)
+    made = make(case)
+    assert diagnose(made.data, made.tests, catalogue=BREAKDOWNS).effects[:1] == [first]
