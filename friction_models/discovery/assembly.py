@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +20,8 @@ from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
-from .answer.wording import sentence
-from .further_tests.next_tests import propose
+from .answer.wording import alternatives, sentence
+from .further_tests.next_tests import Question, propose
 from .judge.confidence import LIMITS, confidence, grounds
 from .judge.confirmation import EXPLAINED, NAMED, Confirmation
 from .judge.identifiability import limits, one_load
@@ -41,6 +42,7 @@ class Judged:
     confirmed: Confirmation
     notes: list[str]
     unseen: UnseenTests | None = None
+    beside: Callable[[Sequence[Fit]], SearchRound] | None = None  #: Searches beside names.
     knows_noise: bool = False
 
     @property
@@ -131,7 +133,7 @@ def assemble(
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     warnings += [*_about_the_noise(campaign, found), *_about_the_fit(fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
-    proposals, inseparable = propose(campaign, found, _to_separate(judged, confusion), mu, base, doubt)
+    proposals, inseparable = propose(campaign, _questions(judged, confusion), mu, base, doubt)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     close = None
@@ -215,6 +217,22 @@ def _about_the_fit(fitted: FittedTerms) -> list[str]:
         for first, second, value in fitted.correlations[:3]
     ]
     return at_bounds + tied
+
+
+def _questions(judged: Judged, confusion: list[str]) -> list[Question]:
+    """Return what further tests are to tell apart: alternatives only, each name from its own rivals, beside the other names."""
+    chosen = judged.chosen
+    if len(chosen) < 2 or judged.beside is None:
+        return [Question(judged.found, _to_separate(judged, confusion))]
+    groups = alternatives([f.name for f in chosen], confusion)
+    found = []
+    for group in [g for g in groups if len(g) > 1] or groups[:1]:
+        given = [f for f in chosen if f.name != group[0]]
+        beside = judged.beside(given)
+        rivals = [f for n in group for f in beside.ranking if f.name == n]
+        others = [f for f in beside.ranking if f.name not in group and f.gain > 0.0]
+        found.append(Question(beside, rivals if len(rivals) > 1 else [*rivals, *others[:1]], given))
+    return found
 
 
 def _to_separate(judged: Judged, confusion: list[str]) -> list[Fit]:

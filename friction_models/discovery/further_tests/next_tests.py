@@ -7,6 +7,7 @@ The answer is a probability of each effect that may be true, and of none of the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NotRequired, TypedDict, cast
 
@@ -63,27 +64,47 @@ class NextTest(TypedDict):
     tests: int
 
 
+@dataclass(frozen=True)
+class Question:
+    """Which of some effects is there: alternatives, of which one holds."""
+
+    found: SearchRound  #: The search in which they were compared.
+    rivals: list[Fit]  #: What the data do not tell apart, the winner first.
+    given: Sequence[Fit] = ()  #: Other effects that are named, and present whichever of the rivals is.
+
+
 def propose(
-    campaign: BinnedTests,
-    found: SearchRound,
-    rivals: list[Fit],
-    mu: FloatArray,
-    base: BaseLaw,
-    doubt: float,
+    campaign: BinnedTests, questions: Sequence[Question], mu: FloatArray, base: BaseLaw, doubt: float
 ) -> tuple[list[NextTest], list[str]]:
     """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 
-    `rivals` are what the data do not tell apart by the scan `found`, the winner first; `mu`, shape (n,), is the friction of the
-    base, for effects that need one; `doubt` is the probability that none of the catalogue is the answer. Of each protocol the
-    best settings are proposed. There is a remark for each rival that no proposal separates, and on what to do where loads
-    cannot tell.
+    `mu`, shape (n,), is the friction of the base, for effects that need one; `doubt` is the probability that none of the
+    catalogue is the answer. For each question the best settings of each protocol are proposed. There is a remark for each rival
+    that no proposal separates, and on what to do where loads cannot tell.
     """
+    tests = possible_tests(campaign)
+    answers = [_for_question(campaign, question, mu, base, doubt, tests) for question in questions]
+    entries = sorted(
+        (e for found, _ in answers for e in found), key=lambda e: -e["entropy_reduction"] / e["tests"]
+    )
+    return entries[:SHOWN], [remark for _, remarks in answers for remark in remarks]
+
+
+def _for_question(
+    campaign: BinnedTests,
+    question: Question,
+    mu: FloatArray,
+    base: BaseLaw,
+    doubt: float,
+    tests: list[PlannedTest],
+) -> tuple[list[NextTest], list[str]]:
+    """Return the telling tests for one question, and its remarks."""
+    found, rivals = question.found, question.rivals
     fits, weight = _weighed(campaign, found, rivals)
     if len(fits) < 2:
         return [], []
-    tests = possible_tests(campaign)
     prior = np.r_[(1.0 - doubt) * weight / weight.sum(), doubt]
-    known = Hypotheses(campaign, found, mu, base, fits, prior, tests)
+    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given)
     single = [([t], known.predict([t])) for t in tests]
     named = [f.name for f in fits]
     entries = []
@@ -96,8 +117,7 @@ def propose(
     if ZERO in named:
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
     telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
-    telling.sort(key=lambda e: -e["entropy_reduction"] / e["tests"])
-    return telling[:SHOWN], _remarks(campaign, found, rivals, named, [o for _, o in single])
+    return telling, _remarks(campaign, found, rivals, named, [o for _, o in single])
 
 
 def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:

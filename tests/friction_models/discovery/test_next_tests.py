@@ -305,3 +305,22 @@ def test_no_proposal_sets_a_load_that_the_data_lack() -> None:
     for lacking, columns in (("sigma_n", {"sigma_set", "sigma_end"}), ("v_rel", {"v_set", "v_levels"})):
         for test in possible_tests(prepare(points.drop(columns=lacking), tests)):
             assert not columns & set(test.row) and not any(k.startswith(lacking) for k in test.setpoints)
+
+
+def falling_and_running_in(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tests whose friction falls with speed, and along the test."""
+    rows = list(product((300.0, 900.0, 2000.0), (5.0, 25.0, 100.0, 400.0), (20.0, 200.0)))
+    points, tests = made(rows, "T", seed)
+    points["mu"] += 0.045 / (1.0 + (points["v_rel"] / 30.0) ** 2) + 0.04 * np.exp(
+        -((points["sd"] / 2.5) ** 0.8)
+    )
+    return points, tests
+
+
+@pytest.mark.parametrize("catalogue", [["stribeck", "running_in", "rate_state"], ["stribeck", "running_in"]])
+def test_several_names_are_not_told_from_each_other(catalogue: list[str]) -> None:
+    found = diagnose(*falling_and_running_in(0), catalogue=catalogue)
+    assert set(found.effects) == {"stribeck", "running_in"}
+    asked = {frozenset(n["separates"]) for n in found.next_tests}
+    assert asked == ({frozenset({"running_in", "rate_state"})} if "rate_state" in catalogue else set())
+    assert not any("stribeck" in w and "separate them" in w for w in found.warnings)
