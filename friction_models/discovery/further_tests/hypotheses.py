@@ -56,6 +56,7 @@ class Hypotheses:
     `mu`, shape (n,), is the friction of the base at every point, for effects that need one; `prior`, shape (len(fits) + 1,),
     the probability of each effect, that of none last; `tests` are all that may be asked for. Effects that are `given` are there
     whichever holds, with the shapes of their fits; the search `found` was made beside them.
+    Effects that no load drives count as one: no setting of a rig tells them apart. `place` holds the number of each effect.
     """
 
     def __init__(
@@ -71,6 +72,11 @@ class Hypotheses:
     ) -> None:
         self.given = given
         self.campaign, self.found, self.fits, self.prior = campaign, found, list(fits), prior
+        unloaded = [f for f in self.fits if not driven_by_load(f)]
+        self.names = [f.name for f in self.fits if f not in unloaded[1:]]
+        self.place = {f.name: self.names.index((unloaded[0] if f in unloaded else f).name) for f in self.fits}
+        self._owner = [*self.place.values(), len(self.names)]
+        self._joined = np.bincount(self._owner, prior)
         family = base.name.split("+")[0]
         self.degree = 0 if base.columns.shape[1] == 1 else {"polynomial": 2}.get(family, 1)
         array = campaign.loads.as_array()
@@ -214,11 +220,13 @@ class Hypotheses:
                     rows.append(np.column_stack(columns))
                 design = np.concatenate(rows)
                 spread = design @ p.root
-                owner.append(h)
-                share.append(p.share)
+                owner.append(self._owner[h])
+                share.append(p.share * self.prior[h] / self._joined[self._owner[h]])
                 means.append(design @ p.mean)
                 covariances.append(spread @ spread.T + scatter)
-        return Outcomes(self.prior, np.array(owner), np.array(share), np.array(means), np.array(covariances))
+        return Outcomes(
+            self._joined, np.array(owner), np.array(share), np.array(means), np.array(covariances)
+        )
 
     def _scatter(self, test: PlannedTest) -> FloatArray:
         """Return the covariance of the parts of a new test: its own offset, drift along it, sensor noise."""
@@ -265,6 +273,11 @@ class Hypotheses:
             return float(values.max()) + 1.0
         levels, counts = np.unique(values[self.campaign.point_starts], return_counts=True)
         return float(levels[np.argmax(counts)])
+
+
+def driven_by_load(fit: Fit) -> bool:
+    """Return whether a load drives an effect, and not a column of the test table alone."""
+    return bool(set(fit.effect.driver) & set(LOAD_NAMES))
 
 
 def _parts(values: FloatArray) -> FloatArray:

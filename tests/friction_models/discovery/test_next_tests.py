@@ -324,3 +324,17 @@ def test_several_names_are_not_told_from_each_other(catalogue: list[str]) -> Non
     asked = {frozenset(n["separates"]) for n in found.next_tests}
     assert asked == ({frozenset({"running_in", "rate_state"})} if "rate_state" in catalogue else set())
     assert not any("stribeck" in w and "separate them" in w for w in found.warnings)
+
+
+def test_no_protocol_is_to_tell_a_drift_from_days() -> None:
+    rows = [(sigma, v, 20.0) for sigma in (600.0, 1200.0, 1800.0) for v in (10.0, 60.0, 300.0)] * 3
+    rows = [rows[k] for k in np.random.default_rng(2).permutation(len(rows))]
+    points, tests = made(rows, "T")
+    place = np.arange(len(rows))
+    tests = tests.assign(order=place + 1.0, day=np.array(["Mon", "Tue", "Wed"])[place * 3 // len(rows)])
+    points["mu"] += 0.001 * points["test_id"].map(dict(zip(tests["test_id"], place, strict=True)))
+    found = diagnose(points, tests)
+    assert found.effects == ["sensor_drift"] and found.ranking[1]["effect"] == "factor:day"
+    assert not found.next_tests
+    said = next(w for w in found.warnings if "no load drives them" in w)
+    assert "repeat early tests at the end, in another order" in said and "day (Mon, Tue, Wed)" in said
