@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..common.wording import counted
 from ..estimation.campaign.binning import FEW_TESTS, BinnedTests
 from ..estimation.fit.parameters import FittedTerm, FittedTerms, fit_terms
 from ..estimation.search.base_law import BaseLaw
@@ -14,7 +15,7 @@ from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
-from ..loads import FloatArray
+from ..loads import LOAD_NAMES, FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
@@ -129,7 +130,7 @@ def assemble(
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += uncertain_drivers(whole[0], fitted.terms)
-    warnings += _reservations(campaign, judged)
+    warnings += _reservations(campaign, judged, sure <= EITHER and factor is None)
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     warnings += [*_about_the_noise(campaign, found), *_about_the_fit(fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
@@ -171,9 +172,10 @@ def assemble(
     )
 
 
-def _reservations(campaign: BinnedTests, judged: Judged) -> list[str]:
-    """Return what speaks against taking the verdict for the whole truth."""
+def _reservations(campaign: BinnedTests, judged: Judged, unsure: bool) -> list[str]:
+    """Return what speaks against taking the verdict for the whole truth, and which tests would tell more."""
     found, confirmed, verdict = judged.found, judged.confirmed, judged.verdict
+    varied = [n for n in LOAD_NAMES if n != "sd" and campaign.varies(n)]
     said = []
     if confirmed.lacks_fit and (repeats := confirmed.repeats) is not None:
         said.append(
@@ -190,6 +192,13 @@ def _reservations(campaign: BinnedTests, judged: Judged) -> list[str]:
         said.append(
             f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
             f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
+        )
+    elif (
+        verdict == "nothing_missing" and unsure and not (confirmed.lacks_fit or judged.knows_noise) and varied
+    ):
+        said.append(
+            f"{counted(len(campaign.tests), 'test')} cannot rule an effect out: more would tell, at other levels of "
+            f"{', '.join(varied)}, and some of them repeated, to show the scatter between tests"
         )
     return said
 

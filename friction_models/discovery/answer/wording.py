@@ -132,9 +132,9 @@ def sentence(
         return f"{labels} {verb} missing from {model}: {what} {sure}, p = {p:.3f}."
     rest = f", along {_along(where)}" if _along(where) else ""
     if verdict == "partly_explained":
-        verb = "is" if len(effects) == 1 else "are"
+        verb, it = ("is", "it") if len(effects) == 1 else ("are", "them")
         return (
-            f"{labels} {verb} missing from {model}: {what}; with it the error on unseen tests falls, but something else that can be "
+            f"{labels} {verb} missing from {model}: {what}; with {it} the error on unseen tests falls, but something else that can be "
             f"predicted is left{rest} {sure}."
         )
     if verdict == "ambiguous":

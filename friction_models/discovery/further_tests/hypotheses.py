@@ -76,7 +76,7 @@ class Hypotheses:
         self.names = [f.name for f in self.fits if f not in unloaded[1:]]
         self.place = {f.name: self.names.index((unloaded[0] if f in unloaded else f).name) for f in self.fits}
         self._owner = [*self.place.values(), len(self.names)]
-        self._joined = np.bincount(self._owner, prior)
+        self._joined = np.asarray(np.bincount(self._owner, prior), dtype=np.float64)
         family = base.name.split("+")[0]
         self.degree = 0 if base.columns.shape[1] == 1 else {"polynomial": 2}.get(family, 1)
         array = campaign.loads.as_array()

@@ -21,7 +21,7 @@ from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.significance import SAME
-from ...estimation.search.zero_reading import ZERO, expected
+from ...estimation.search.zero_reading import DECIDES, ZERO, expected, read_zero
 from ...loads import LOAD_NAMES, FloatArray
 from .hypotheses import Hypotheses, driven_by_load
 from .information import Outcomes
@@ -116,7 +116,8 @@ def _for_question(
     several = _several(known, single)
     if several is not None:
         entries.append(_entry(known, named, *several))
-    if ZERO in named:
+    reading = read_zero(campaign, found.floor.sensor)
+    if ZERO in named and not (reading is not None and reading.present > DECIDES):
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
     telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
     return telling, _remarks(campaign, found, rivals, known.place, [o for _, o in single])

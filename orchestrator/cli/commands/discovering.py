@@ -103,7 +103,9 @@ def _write_plan(plan: Path, next_tests: list[NextTest]) -> None:
 
     rows = plan_rows(next_tests)
     if not rows:
-        say("no plan written: there are no rivals that a further test would tell apart")
+        say(
+            "no plan written: no test is proposed; 'Read this with care' says what else would help, if anything would"
+        )
         return
     write_plan(plan, rows)
     absent = missing_settings(rows)
