@@ -237,7 +237,9 @@ def _questions(judged: Judged, confusion: list[str]) -> list[Question]:
     found = []
     for group in [g for g in groups if len(g) > 1] or groups[:1]:
         given = [f for f in chosen if f.name != group[0]]
+        elsewhere = {n for g in groups if g is not group for n in g}
         beside = judged.beside(given)
+        beside = replace(beside, ranking=[f for f in beside.ranking if f.name not in elsewhere])
         rivals = [f for n in group for f in beside.ranking if f.name == n]
         others = [f for f in beside.ranking if f.name not in group and f.gain > 0.0]
         found.append(Question(beside, rivals if len(rivals) > 1 else [*rivals, *others[:1]], given))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +17,7 @@ from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
+from friction_models.discovery.assembly import _questions
 from friction_models.discovery.further_tests.information import Outcomes
 from friction_models.discovery.further_tests.next_tests import ENOUGH, plan_rows
 from friction_models.discovery.further_tests.protocols import possible_tests
@@ -338,3 +341,24 @@ def test_no_protocol_is_to_tell_a_drift_from_days() -> None:
     assert not found.next_tests
     said = next(w for w in found.warnings if "no load drives them" in w)
     assert "repeat early tests at the end, in another order" in said and "day (Mon, Tue, Wed)" in said
+
+
+@dataclass
+class Ranked:
+    """What a search found, as far as questions need it."""
+
+    ranking: list[SimpleNamespace]
+
+
+def test_each_question_is_about_one_name_and_its_own_rivals() -> None:
+    fits = {n: SimpleNamespace(name=n, gain=9.0) for n in ("offset", "power", "hot", "melting", "wear")}
+
+    def beside(given: list[SimpleNamespace]) -> Ranked:
+        return Ranked([f for f in fits.values() if f not in given])
+
+    judged: Any = SimpleNamespace(chosen=[fits["offset"], fits["hot"]], beside=beside)
+    asked = _questions(judged, ["offset", "power", "hot", "melting"])
+    assert [[f.name for f in q.rivals] for q in asked] == [["offset", "power"], ["hot", "melting"]]
+    # what stands in for the one name is weighed neither against the other name nor against its rivals
+    ranked = [[f.name for f in q.found.ranking] for q in asked]
+    assert ranked == [["offset", "power", "wear"], ["hot", "melting", "wear"]]
