@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..common.wording import counted
 from ..estimation.campaign.binning import FEW_TESTS, BinnedTests
 from ..estimation.fit.parameters import FittedTerm, FittedTerms, fit_terms
 from ..estimation.search.base_law import BaseLaw
@@ -13,14 +15,14 @@ from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
-from ..loads import FloatArray
+from ..loads import LOAD_NAMES, FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
-from .answer.wording import sentence
-from .further_tests.next_tests import propose
+from .answer.wording import alternatives, sentence
+from .further_tests.next_tests import Question, propose
 from .judge.confidence import LIMITS, confidence, grounds
 from .judge.confirmation import EXPLAINED, NAMED, Confirmation
 from .judge.identifiability import limits, one_load
@@ -41,6 +43,7 @@ class Judged:
     confirmed: Confirmation
     notes: list[str]
     unseen: UnseenTests | None = None
+    beside: Callable[[Sequence[Fit]], SearchRound] | None = None  #: Searches beside names.
     knows_noise: bool = False
 
     @property
@@ -127,11 +130,11 @@ def assemble(
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += uncertain_drivers(whole[0], fitted.terms)
-    warnings += _reservations(campaign, judged)
+    warnings += _reservations(campaign, judged, sure <= EITHER and factor is None)
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     warnings += [*_about_the_noise(campaign, found), *_about_the_fit(fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
-    proposals, inseparable = propose(campaign, found, _to_separate(judged, confusion), mu, base, doubt)
+    proposals, inseparable = propose(campaign, _questions(judged, confusion), mu, base, doubt)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     close = None
@@ -169,9 +172,10 @@ def assemble(
     )
 
 
-def _reservations(campaign: BinnedTests, judged: Judged) -> list[str]:
-    """Return what speaks against taking the verdict for the whole truth."""
+def _reservations(campaign: BinnedTests, judged: Judged, unsure: bool) -> list[str]:
+    """Return what speaks against taking the verdict for the whole truth, and which tests would tell more."""
     found, confirmed, verdict = judged.found, judged.confirmed, judged.verdict
+    varied = [n for n in LOAD_NAMES if n != "sd" and campaign.varies(n)]
     said = []
     if confirmed.lacks_fit and (repeats := confirmed.repeats) is not None:
         said.append(
@@ -188,6 +192,13 @@ def _reservations(campaign: BinnedTests, judged: Judged) -> list[str]:
         said.append(
             f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
             f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
+        )
+    elif (
+        verdict == "nothing_missing" and unsure and not (confirmed.lacks_fit or judged.knows_noise) and varied
+    ):
+        said.append(
+            f"{counted(len(campaign.tests), 'test')} cannot rule an effect out: more would tell, at other levels of "
+            f"{', '.join(varied)}, and some of them repeated, to show the scatter between tests"
         )
     return said
 
@@ -215,6 +226,24 @@ def _about_the_fit(fitted: FittedTerms) -> list[str]:
         for first, second, value in fitted.correlations[:3]
     ]
     return at_bounds + tied
+
+
+def _questions(judged: Judged, confusion: list[str]) -> list[Question]:
+    """Return what further tests are to tell apart: alternatives only, each name from its own rivals, beside the other names."""
+    chosen = judged.chosen
+    if len(chosen) < 2 or judged.beside is None:
+        return [Question(judged.found, _to_separate(judged, confusion))]
+    groups = alternatives([f.name for f in chosen], confusion)
+    found = []
+    for group in [g for g in groups if len(g) > 1] or groups[:1]:
+        given = [f for f in chosen if f.name != group[0]]
+        elsewhere = {n for g in groups if g is not group for n in g}
+        beside = judged.beside(given)
+        beside = replace(beside, ranking=[f for f in beside.ranking if f.name not in elsewhere])
+        rivals = [f for n in group for f in beside.ranking if f.name == n]
+        others = [f for f in beside.ranking if f.name not in group and f.gain > 0.0]
+        found.append(Question(beside, rivals if len(rivals) > 1 else [*rivals, *others[:1]], given))
+    return found
 
 
 def _to_separate(judged: Judged, confusion: list[str]) -> list[Fit]:

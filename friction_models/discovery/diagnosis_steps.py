@@ -176,7 +176,7 @@ def _judge(
     unseen = UnseenTests(*whole, seed, stages.until(75))
     judge = UnseenTestsJudge(campaign, unseen, searched.found, searched.further)
     confirmed = judge(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent)
-    return Judged(searched.found, evidence, confirmed, searched.notes, unseen)
+    return Judged(searched.found, evidence, confirmed, searched.notes, unseen, searched.beside)
 
 
 def _check_enough(campaign: BinnedTests, base: BaseLaw) -> None:

@@ -104,6 +104,13 @@ class EffectSearch:
             self._asked[key] = self._further(known, SMALL_SHARE, LEVEL)
         return self._asked[key]
 
+    def beside(self, known: Sequence[Fit]) -> SearchRound:
+        """Search all other effects beside known ones, as they are: what could stand in the place of a further name."""
+        names = {f.name for f in known}
+        others = [c for c in self.candidates if c.effect.name not in names]
+        columns = np.column_stack([f.columns for f in known])
+        return search(self.campaign, self.base, columns, others, self.seed, self.found.floor)
+
     def _further(self, known: Sequence[Fit], share: float, level: float) -> list[Fit]:
         """Return effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
 

@@ -195,6 +195,14 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def fault_note(model: FrictionModel) -> str:
+    """Return that measurements hold the faults that a model leaves out; empty where it corrects the data for none."""
+    faults = [e.name for e in getattr(model, "effects_", []) if e.kind == "fault"]
+    if not faults:
+        return ""
+    return f"The measurements still hold {' and '.join(faults)} here, which the model leaves out; only the rounds are judged without."
+
+
 def _sure(entry: Mapping[str, Any]) -> list[str]:
     """Return a line with the 95 % intervals of the RMSE of a round, and whether it fell by more than chance; none where they are not known."""
     intervals = entry.get("intervals", {})

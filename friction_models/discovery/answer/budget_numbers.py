@@ -42,6 +42,8 @@ def budget_numbers(
             left, missing = left + missing, 0.0
         floor["interval"] = [float(np.sqrt(part * edge)) for edge in shares.interval]
         floor["source"] = "reference" if shares.by_reference else "model"
+        if confirmed.of_another_form and not shares.by_reference:
+            floor["hardly_better"] = True
     if confirmed.repeats is not None:
         floor["repeats"] = confirmed.repeats.to_dict()
         if confirmed.repeats.lacks_fit or confirmed.repeats.agrees_with(float(np.sqrt(left))):

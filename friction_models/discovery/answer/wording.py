@@ -60,15 +60,22 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
     >>> found = {"sensor": 0.002, "test": 0.003, "drift": 0.0, "total": 0.0036, "interval": [0.003, 0.005]}
     >>> floor_source({**found, "source": "unknown"})
     'cannot be known from so few tests'
+    >>> floor_source({**found, "source": "model", "hardly_better": True})
+    'flexible curves predict unseen tests hardly better than the model: too little to count'
     """
     if (repeats := floor.get("repeats")) is not None:
         scatter = f"{repeats['tests']} tests at {repeats['settings']} repeated settings scatter by {repeats['scatter']:.5f}"
         if floor.get("source") == "repeats":
             return f"from repeats: {scatter}"
     beside = f" with {' and '.join(named)}" if named else ""
+    model = f"no flexible curve predicts unseen tests better than the model{beside}"
+    if floor.get("hardly_better"):
+        model = (
+            f"flexible curves predict unseen tests hardly better than the model{beside}: too little to count"
+        )
     said = {
         "reference": "what flexible curves over loads and metadata do not predict of unseen tests",
-        "model": f"no flexible curve predicts unseen tests better than the model{beside}",
+        "model": model,
         "unknown": "cannot be known from so few tests",
     }.get(floor.get("source", ""), "")
     return f"{said}; {scatter}" if repeats is not None else said
@@ -125,9 +132,9 @@ def sentence(
         return f"{labels} {verb} missing from {model}: {what} {sure}, p = {p:.3f}."
     rest = f", along {_along(where)}" if _along(where) else ""
     if verdict == "partly_explained":
-        verb = "is" if len(effects) == 1 else "are"
+        verb, it = ("is", "it") if len(effects) == 1 else ("are", "them")
         return (
-            f"{labels} {verb} missing from {model}: {what}; with it the error on unseen tests falls, but something else that can be "
+            f"{labels} {verb} missing from {model}: {what}; with {it} the error on unseen tests falls, but something else that can be "
             f"predicted is left{rest} {sure}."
         )
     if verdict == "ambiguous":

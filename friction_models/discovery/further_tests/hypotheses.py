@@ -54,7 +54,9 @@ class Hypotheses:
     """Effects that may be true, and "none of the catalogue" as the last one.
 
     `mu`, shape (n,), is the friction of the base at every point, for effects that need one; `prior`, shape (len(fits) + 1,),
-    the probability of each effect, that of none last; `tests` are all that may be asked for.
+    the probability of each effect, that of none last; `tests` are all that may be asked for. Effects that are `given` are there
+    whichever holds, with the shapes of their fits; the search `found` was made beside them.
+    Effects that no load drives count as one: no setting of a rig tells them apart. `place` holds the number of each effect.
     """
 
     def __init__(
@@ -66,8 +68,15 @@ class Hypotheses:
         fits: Sequence[Fit],
         prior: FloatArray,
         tests: Sequence[PlannedTest],
+        given: Sequence[Fit] = (),
     ) -> None:
+        self.given = given
         self.campaign, self.found, self.fits, self.prior = campaign, found, list(fits), prior
+        unloaded = [f for f in self.fits if not driven_by_load(f)]
+        self.names = [f.name for f in self.fits if f not in unloaded[1:]]
+        self.place = {f.name: self.names.index((unloaded[0] if f in unloaded else f).name) for f in self.fits}
+        self._owner = [*self.place.values(), len(self.names)]
+        self._joined = np.asarray(np.bincount(self._owner, prior), dtype=np.float64)
         family = base.name.split("+")[0]
         self.degree = 0 if base.columns.shape[1] == 1 else {"polynomial": 2}.get(family, 1)
         array = campaign.loads.as_array()
@@ -80,7 +89,7 @@ class Hypotheses:
         self.deviations = Deviations(campaign, tests)
         self._white_base = found.whiten(self.terms(campaign.average(array)))
         self._white_y = found.whiten(found.y)
-        self._new: dict[tuple[int, int], FloatArray] = {}
+        self._new: dict[tuple[int, str], FloatArray] = {}
         # Where existing tests do not follow the formulas to the noise, new ones will not either.
         doubts = [rivalry(campaign, found, fits[:1], [f]).overdispersion for f in fits[1:]]
         self.overdispersion = float(np.average(doubts, weights=prior[1:-1])) if doubts else 1.0
@@ -148,6 +157,7 @@ class Hypotheses:
         variance: float,
     ) -> _Possible:
         white = self.found.whiten
+        columns = np.column_stack([columns, *(f.columns for f in self.given)])
         design = np.column_stack([self._white_base, white(columns), white(bends)])
         scale = np.linalg.norm(design, axis=0)
         scale = np.where(scale > 0.0, scale, 1.0)
@@ -193,27 +203,30 @@ class Hypotheses:
                 noise * self.overdispersion * self._scatter(test)
             )
         for h, (fit, sets) in enumerate(zip(fits, self.possible, strict=True)):
-            base_and_bends = [
+            order = [p.index for p in sets if p.index is not None]
+            known = [
                 (
                     _parts(self.terms(t.loads.as_array())),
-                    _parts(self.deviations.new(self._curved(fit), t.loads)),
+                    [*(self._basis(f, [f.index], t)[:, 0] for f in self.given), self._bends(fit, t)],
                 )
                 for t in tests
             ]
             for p in sets:
                 rows = []
-                for test, (base, bends) in zip(tests, base_and_bends, strict=True):
-                    columns = [base, bends]
+                for test, (base, others) in zip(tests, known, strict=True):
+                    columns = [base, *others]
                     if fit is not None and p.index is not None:
-                        columns.insert(1, self._basis(h, p.index, test)[:, p.used])
+                        columns.insert(1, self._basis(fit, order, test)[:, order.index(p.index)][:, p.used])
                     rows.append(np.column_stack(columns))
                 design = np.concatenate(rows)
                 spread = design @ p.root
-                owner.append(h)
-                share.append(p.share)
+                owner.append(self._owner[h])
+                share.append(p.share * self.prior[h] / self._joined[self._owner[h]])
                 means.append(design @ p.mean)
                 covariances.append(spread @ spread.T + scatter)
-        return Outcomes(self.prior, np.array(owner), np.array(share), np.array(means), np.array(covariances))
+        return Outcomes(
+            self._joined, np.array(owner), np.array(share), np.array(means), np.array(covariances)
+        )
 
     def _scatter(self, test: PlannedTest) -> FloatArray:
         """Return the covariance of the parts of a new test: its own offset, drift along it, sensor noise."""
@@ -223,18 +236,20 @@ class Hypotheses:
         S[np.diag_indices(POINTS)] += max(floor.bin_sensor**2 / points, 1e-12)
         return _parts(_parts(S).T)
 
-    def _basis(self, hypothesis: int, index: int, test: PlannedTest) -> FloatArray:
-        """Return the basis of an effect in the parts of a new test, [PARTS, amplitudes]."""
-        key = (id(test), hypothesis)
-        if key not in self._new:
-            self._new[key] = self._bases(hypothesis, test)
-        order = [p.index for p in self.possible[hypothesis]]
-        return self._new[key][:, order.index(index)]
+    def _bends(self, fit: Fit | None, test: PlannedTest) -> FloatArray:
+        """Return the deviations from a formula in the parts of a new test, [PARTS, k]."""
+        return _parts(self.deviations.new(self._curved(fit), test.loads))
 
-    def _bases(self, hypothesis: int, test: PlannedTest) -> FloatArray:
-        candidate = self.fits[hypothesis].prepared.candidate
+    def _basis(self, fit: Fit, chosen: list[int], test: PlannedTest) -> FloatArray:
+        """Return the basis of an effect in the parts of a new test, by set of shapes, [PARTS, sets, amplitudes]."""
+        key = (id(test), fit.name)
+        if key not in self._new:
+            self._new[key] = self._bases(fit, chosen, test)
+        return self._new[key]
+
+    def _bases(self, fit: Fit, chosen: list[int], test: PlannedTest) -> FloatArray:
+        candidate = fit.prepared.candidate
         effect, loads = candidate.effect, test.loads
-        chosen = [p.index for p in self.possible[hypothesis] if p.index is not None]
         shape = {name: values[chosen][None, :] for name, values in candidate.shapes.items()}
         system = {
             k: np.full((POINTS, 1), self._metadata(k, v, test)) for k, v in self.campaign.system.items()
@@ -258,6 +273,11 @@ class Hypotheses:
             return float(values.max()) + 1.0
         levels, counts = np.unique(values[self.campaign.point_starts], return_counts=True)
         return float(levels[np.argmax(counts)])
+
+
+def driven_by_load(fit: Fit) -> bool:
+    """Return whether a load drives an effect, and not a column of the test table alone."""
+    return bool(set(fit.effect.driver) & set(LOAD_NAMES))
 
 
 def _parts(values: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ The answer is a probability of each effect that may be true, and of none of the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NotRequired, TypedDict, cast
 
@@ -20,9 +21,9 @@ from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.significance import SAME
-from ...estimation.search.zero_reading import ZERO, expected
+from ...estimation.search.zero_reading import DECIDES, ZERO, expected, read_zero
 from ...loads import LOAD_NAMES, FloatArray
-from .hypotheses import Hypotheses
+from .hypotheses import Hypotheses, driven_by_load
 from .information import Outcomes
 from .protocols import READING, PlannedTest, PlanRow, SetPoints, possible_tests
 
@@ -41,6 +42,8 @@ SEVERAL = 3
 MOST_REPEATS, ENDLESS = 12, 1000
 #: A proposal with fewer bits, or that tells its pair apart by fewer standard errors, is not made.
 LEAST_BITS, USELESS = 0.01, 0.5
+#: Column of the place of a test in the campaign, which drives a drift.
+ORDER = "order"
 #: Most proposals.
 SHOWN = 5
 
@@ -63,41 +66,61 @@ class NextTest(TypedDict):
     tests: int
 
 
+@dataclass(frozen=True)
+class Question:
+    """Which of some effects is there: alternatives, of which one holds."""
+
+    found: SearchRound  #: The search in which they were compared.
+    rivals: list[Fit]  #: What the data do not tell apart, the winner first.
+    given: Sequence[Fit] = ()  #: Other effects that are named, and present whichever of the rivals is.
+
+
 def propose(
-    campaign: BinnedTests,
-    found: SearchRound,
-    rivals: list[Fit],
-    mu: FloatArray,
-    base: BaseLaw,
-    doubt: float,
+    campaign: BinnedTests, questions: Sequence[Question], mu: FloatArray, base: BaseLaw, doubt: float
 ) -> tuple[list[NextTest], list[str]]:
     """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 
-    `rivals` are what the data do not tell apart by the scan `found`, the winner first; `mu`, shape (n,), is the friction of the
-    base, for effects that need one; `doubt` is the probability that none of the catalogue is the answer. Of each protocol the
-    best settings are proposed. There is a remark for each rival that no proposal separates, and on what to do where loads
-    cannot tell.
+    `mu`, shape (n,), is the friction of the base, for effects that need one; `doubt` is the probability that none of the
+    catalogue is the answer. For each question the best settings of each protocol are proposed. There is a remark for each rival
+    that no proposal separates, and on what to do where loads cannot tell.
     """
+    tests = possible_tests(campaign)
+    answers = [_for_question(campaign, question, mu, base, doubt, tests) for question in questions]
+    entries = sorted(
+        (e for found, _ in answers for e in found), key=lambda e: -e["entropy_reduction"] / e["tests"]
+    )
+    return entries[:SHOWN], [remark for _, remarks in answers for remark in remarks]
+
+
+def _for_question(
+    campaign: BinnedTests,
+    question: Question,
+    mu: FloatArray,
+    base: BaseLaw,
+    doubt: float,
+    tests: list[PlannedTest],
+) -> tuple[list[NextTest], list[str]]:
+    """Return the telling tests for one question, and its remarks."""
+    found, rivals = question.found, question.rivals
     fits, weight = _weighed(campaign, found, rivals)
     if len(fits) < 2:
         return [], []
-    tests = possible_tests(campaign)
     prior = np.r_[(1.0 - doubt) * weight / weight.sum(), doubt]
-    known = Hypotheses(campaign, found, mu, base, fits, prior, tests)
-    single = [([t], known.predict([t])) for t in tests]
-    named = [f.name for f in fits]
+    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given)
+    named = known.names
+    single = [([t], known.predict([t])) for t in tests] if len(named) > 1 else []
     entries = []
-    for protocol in dict.fromkeys(t.protocol for t in tests):
+    for protocol in dict.fromkeys(s[0][0].protocol for s in single):
         own = [s for s in single if s[0][0].protocol == protocol]
         entries.append(_entry(known, named, *max(own, key=lambda s: s[1].reduction)))
     several = _several(known, single)
     if several is not None:
         entries.append(_entry(known, named, *several))
-    if ZERO in named:
+    reading = read_zero(campaign, found.floor.sensor)
+    if ZERO in named and not (reading is not None and reading.present > DECIDES):
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
     telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
-    telling.sort(key=lambda e: -e["entropy_reduction"] / e["tests"])
-    return telling[:SHOWN], _remarks(campaign, found, rivals, named, [o for _, o in single])
+    return telling, _remarks(campaign, found, rivals, known.place, [o for _, o in single])
 
 
 def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:
@@ -214,30 +237,34 @@ def _remarks(
     campaign: BinnedTests,
     found: SearchRound,
     rivals: list[Fit],
-    names: list[str],
+    place: Mapping[str, int],
     outcomes: Sequence[Outcomes],
 ) -> list[str]:
     """Return what no proposed test tells apart, and how to tell what no load drives."""
     result = []
     first, *others = rivals
-    unloaded = [f for f in rivals if not set(f.effect.driver) & set(LOAD_NAMES)]
+    unloaded = [f for f in rivals if not driven_by_load(f)]
     for rival in others:
-        if ZERO in (first.name, rival.name) or rival.name not in names or first.name not in names:
+        if ZERO in (first.name, rival.name) or not {first.name, rival.name} <= set(place):
             continue
         if first in unloaded and rival in unloaded:
             continue
-        pair = names.index(first.name), names.index(rival.name)
+        pair = place[first.name], place[rival.name]
         best = max(o.separation(*pair) for o in outcomes)
         if best < ENOUGH:
             result.append(_inseparable(campaign, found, first, rival, best))
-    if len(unloaded) > 1:
-        drivers = dict.fromkeys(f.effect.driver[0] for f in unloaded)
-        columns = [levels_text(campaign.loads, name) for name in drivers]
-        result.append(
-            f"{' and '.join(f.name for f in unloaded)}: no load drives them, so no setting of the rig tells them apart; run the same "
-            f"loads again with {' and '.join(columns)} crossed, that is each value of the one with each of the other"
-        )
-    return result
+    return [*result, _crossed(campaign, unloaded)] if len(unloaded) > 1 else result
+
+
+def _crossed(campaign: BinnedTests, unloaded: list[Fit]) -> str:
+    """Return how to tell effects apart that columns of the test table drive; nobody sets the run order of a test that is done."""
+    drivers = dict.fromkeys(f.effect.driver[0] for f in unloaded)
+    columns = " and ".join(levels_text(campaign.loads, name) for name in drivers if name != ORDER)
+    how = f"run the same loads again with {columns} crossed, that is each value of the one with each of the other"
+    if ORDER in drivers:
+        how = "repeat early tests at the end, in another order"
+        how += f", and one test at the beginning and the end of each value of {columns}" if columns else ""
+    return f"{' and '.join(f.name for f in unloaded)}: no load drives them, so no setting of the rig tells them apart; {how}"
 
 
 def _inseparable(campaign: BinnedTests, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:

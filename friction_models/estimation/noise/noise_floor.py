@@ -45,7 +45,8 @@ class NoiseFloorNumbers(TypedDict):
     """A noise floor as files and reports hold it.
 
     ``source`` says what identifies the total: ``repeats`` of tests, a flexible ``reference`` that predicts unseen tests better
-    than the model, the ``model`` that predicts them as well, or ``unknown`` where there are too few tests.
+    than the model, the ``model`` that predicts them as well, or ``unknown`` where there are too few tests. ``hardly_better``
+    stands where the reference predicts better than the ``model`` for certain, but by too little to count.
     """
 
     sensor: float
@@ -54,6 +55,7 @@ class NoiseFloorNumbers(TypedDict):
     total: float
     interval: list[float]
     source: NotRequired[str]
+    hardly_better: NotRequired[bool]
     repeats: NotRequired[RepeatsNumbers]
     from_loads: NotRequired[FloorFromLoads]
 

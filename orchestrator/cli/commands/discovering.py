@@ -103,7 +103,9 @@ def _write_plan(plan: Path, next_tests: list[NextTest]) -> None:
 
     rows = plan_rows(next_tests)
     if not rows:
-        say("no plan written: there are no rivals that a further test would tell apart")
+        say(
+            "no plan written: no test is proposed; 'Read this with care' says what else would help, if anything would"
+        )
         return
     write_plan(plan, rows)
     absent = missing_settings(rows)
@@ -139,7 +141,7 @@ def refine(
     """
     from friction_models import evaluate
     from friction_models.discovery import refine as improve
-    from friction_models.discovery.refinement import history_text
+    from friction_models.discovery.refinement import fault_note, history_text
     from friction_models.effects import make_effect
 
     for name in add:
@@ -163,7 +165,8 @@ def refine(
         result = evaluate(better, dataset, name=f"after: {model} + {' + '.join(add)}")
         for role, measures in result.roles.items():
             better.record_errors(role, measures)
-        said += [result.report(), history_text(better.error_history_)]
+        note = fault_note(better)
+        said += [result.report(), *([f"{note}\n"] if note else []), history_text(better.error_history_)]
         if interval:
             stages(30, "prediction interval")
             said.append(add_interval(better, dataset))

@@ -83,8 +83,9 @@ def _headline(demo: DemoFolder) -> str:
     named = " and ".join(make_effect(name).label for name in effects)
     change = changes(demo)[0].relative
     verb = "removes" if change < 0 else "adds"
-    doubt = " fits best" if demo.diagnosis["verdict"] == "ambiguous" else ""
-    return f"Missing from the {before} model: {named}{doubt}. Adding it {verb} {abs(100 * change):.0f} % of its error on unseen tests"
+    best, it = (" fits best", "it") if len(effects) == 1 else (" fit best", "them")
+    doubt = best if demo.diagnosis["verdict"] == "ambiguous" else ""
+    return f"Missing from the {before} model: {named}{doubt}. Adding {it} {verb} {abs(100 * change):.0f} % of its error on unseen tests"
 
 
 def _lead(demo: DemoFolder) -> str:

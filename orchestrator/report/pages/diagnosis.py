@@ -96,11 +96,14 @@ def confirmed_addition(model: Any, data: DataSet, effects: list[str]) -> Additio
 
 def _headline(found: Diagnosis) -> str:
     names = " and ".join(found.named[name].label for name in found.effects)
-    verb = "is" if len(found.effects) < 2 else "are"
+    one = len(found.effects) < 2
+    verb = "is" if one else "are"
     return {
         "explained": f"{names} {verb} missing",
         "partly_explained": f"{names} {verb} missing, and something else",
-        "ambiguous": f"an effect is missing, {names} fits best",
+        "ambiguous": f"an effect is missing, {names} fits best"
+        if one
+        else f"effects are missing, {names} fit best",
         "unknown_structure": "something is missing that the catalogue does not know",
         "nothing_missing": "nothing is missing" if _sure(found) else "nothing can be seen to be missing",
         "data_problem": f"the data are at fault ({names})" if names else "the data are at fault",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from friction_models.common.markup import paragraph, table
+from friction_models.discovery.refinement import fault_note
 from friction_models.loads import DataSet
 
 from ..charts.residuals import residual_chart
@@ -48,7 +49,8 @@ def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, 
                 for part, m in models.items()
             },
         ),
-        f"Measured minus modelled mu on {which}; the intervals count a whole test as one observation.",
+        f"Measured minus modelled mu on {which}; the intervals count a whole test as one observation. "
+        f"{fault_note(after)}".rstrip(),
         "Mean residual against each load, before and after.",
     )
     page.plot(

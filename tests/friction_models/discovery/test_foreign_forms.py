@@ -111,3 +111,18 @@ def test_a_law_of_the_past_that_no_effect_knows_is_not_named_for_sure(seed: int,
     if found.verdict in {"explained", "ambiguous", "data_problem"}:
         assert found.confidence <= MOST_IN_ANOTHER_FORM
         assert "another form" in " ".join(found.warnings)
+
+
+def stretched(rng: Rng, v: float, T: float, sd: Array) -> Array:
+    """Friction falls along the test as a stretched exponential."""
+    mu = 0.08 - 1e-5 * T + 0.06 * np.exp(-((sd / 2.5) ** 0.8))
+    return np.asarray(mu + 0.001 * rng.standard_normal(40) + 0.006 * rng.standard_normal())
+
+
+def test_the_budget_and_the_warning_of_another_form_say_the_same() -> None:
+    found = diagnose(at_one_speed_each(1, 5.0, 400.0, 20.0, stretched))
+    assert found.effects == ["running_in"] and "another form" in " ".join(found.warnings)
+    assert found.noise_floor["source"] == "model" and "no flexible curve predicts" not in found.report()
+    assert (
+        "flexible curves predict unseen tests hardly better than the model with running_in" in found.report()
+    )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +17,7 @@ from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
+from friction_models.discovery.assembly import _questions
 from friction_models.discovery.further_tests.information import Outcomes
 from friction_models.discovery.further_tests.next_tests import ENOUGH, plan_rows
 from friction_models.discovery.further_tests.protocols import possible_tests
@@ -305,3 +308,57 @@ def test_no_proposal_sets_a_load_that_the_data_lack() -> None:
     for lacking, columns in (("sigma_n", {"sigma_set", "sigma_end"}), ("v_rel", {"v_set", "v_levels"})):
         for test in possible_tests(prepare(points.drop(columns=lacking), tests)):
             assert not columns & set(test.row) and not any(k.startswith(lacking) for k in test.setpoints)
+
+
+def falling_and_running_in(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tests whose friction falls with speed, and along the test."""
+    rows = list(product((300.0, 900.0, 2000.0), (5.0, 25.0, 100.0, 400.0), (20.0, 200.0)))
+    points, tests = made(rows, "T", seed)
+    points["mu"] += 0.045 / (1.0 + (points["v_rel"] / 30.0) ** 2) + 0.04 * np.exp(
+        -((points["sd"] / 2.5) ** 0.8)
+    )
+    return points, tests
+
+
+@pytest.mark.parametrize("catalogue", [["stribeck", "running_in", "rate_state"], ["stribeck", "running_in"]])
+def test_several_names_are_not_told_from_each_other(catalogue: list[str]) -> None:
+    found = diagnose(*falling_and_running_in(0), catalogue=catalogue)
+    assert set(found.effects) == {"stribeck", "running_in"}
+    asked = {frozenset(n["separates"]) for n in found.next_tests}
+    assert asked == ({frozenset({"running_in", "rate_state"})} if "rate_state" in catalogue else set())
+    assert not any("stribeck" in w and "separate them" in w for w in found.warnings)
+
+
+def test_no_protocol_is_to_tell_a_drift_from_days() -> None:
+    rows = [(sigma, v, 20.0) for sigma in (600.0, 1200.0, 1800.0) for v in (10.0, 60.0, 300.0)] * 3
+    rows = [rows[k] for k in np.random.default_rng(2).permutation(len(rows))]
+    points, tests = made(rows, "T")
+    place = np.arange(len(rows))
+    tests = tests.assign(order=place + 1.0, day=np.array(["Mon", "Tue", "Wed"])[place * 3 // len(rows)])
+    points["mu"] += 0.001 * points["test_id"].map(dict(zip(tests["test_id"], place, strict=True)))
+    found = diagnose(points, tests)
+    assert found.effects == ["sensor_drift"] and found.ranking[1]["effect"] == "factor:day"
+    assert not found.next_tests
+    said = next(w for w in found.warnings if "no load drives them" in w)
+    assert "repeat early tests at the end, in another order" in said and "day (Mon, Tue, Wed)" in said
+
+
+@dataclass
+class Ranked:
+    """What a search found, as far as questions need it."""
+
+    ranking: list[SimpleNamespace]
+
+
+def test_each_question_is_about_one_name_and_its_own_rivals() -> None:
+    fits = {n: SimpleNamespace(name=n, gain=9.0) for n in ("offset", "power", "hot", "melting", "wear")}
+
+    def beside(given: list[SimpleNamespace]) -> Ranked:
+        return Ranked([f for f in fits.values() if f not in given])
+
+    judged: Any = SimpleNamespace(chosen=[fits["offset"], fits["hot"]], beside=beside)
+    asked = _questions(judged, ["offset", "power", "hot", "melting"])
+    assert [[f.name for f in q.rivals] for q in asked] == [["offset", "power"], ["hot", "melting"]]
+    # what stands in for the one name is weighed neither against the other name nor against its rivals
+    ranked = [[f.name for f in q.found.ranking] for q in asked]
+    assert ranked == [["offset", "power", "wear"], ["hot", "melting", "wear"]]

@@ -18,6 +18,7 @@ from friction_models.discovery.answer.findings import RankedEffect
 from orchestrator.cli.main import run
 
 from ..estimation_cases import measured
+from .test_next_tests import made
 
 LOADS = ["v_rel", "T", "sigma_n", "sd", "psi"]
 
@@ -265,3 +266,23 @@ def test_what_two_loads_that_move_together_do_is_not_said_of_one_of_them_for_sur
     of_speed = {"rising_speed", "stribeck", "viscous", "hersey", "flash_temperature", "rate_state"}
     assert answer.confidence <= 0.5 or of_speed & {*answer.confusion_set}, answer.sentence
     assert any("moves with v_rel" in w for w in answer.warnings)
+
+
+def test_tests_that_do_not_rule_an_effect_out_say_which_would(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [(300.0, 5.0, 20.0), (1200.0, 5.0, 300.0), (2000.0, 25.0, 150.0), (600.0, 25.0, 20.0)]
+    rows += [(300.0, 100.0, 300.0), (1200.0, 100.0, 150.0), (2000.0, 400.0, 20.0), (600.0, 400.0, 300.0)]
+    points, tests = made(rows, "T", 2)
+    scatter = np.random.default_rng(11).normal(0.0, 0.0015, len(rows))
+    points["mu"] += points["test_id"].map(dict(zip(tests["test_id"], scatter, strict=True)))
+    points["mu"] += 0.03 / (1.0 + (points["v_rel"] / 30.0) ** 2)
+    points.to_csv(tmp_path / "points.csv", index=False)
+    tests.to_csv(tmp_path / "tests.csv", index=False)
+    assert (
+        run(["diagnose", "--data", str(tmp_path), "--model", "linear", "--plan", str(tmp_path / "p.csv")])
+        == 0
+    )
+    said = capsys.readouterr().out
+    assert "these tests do not rule it out" in said and "no plan written: no test is proposed" in said
+    assert "more would tell, at other levels of v_rel, T, sigma_n" in said

@@ -47,6 +47,7 @@ def test_a_reading_as_large_as_the_data_need_names_the_offset() -> None:
     offset = needed(before)
     found = with_reading("force_zero", offset)
     assert found.verdict == "data_problem" and found.confusion_set == [ZERO]
+    assert not any(n["protocol"] == "zero reading" for n in found.next_tests), "it was read, and it decided"
     lead = {r["effect"]: r["evidence"] for r in found.ranking}
     assert lead[ZERO] > {r["effect"]: r["evidence"] for r in before.ranking}[ZERO] + 9.0
     assert not LAWS & {r["effect"] for r in found.ranking[1:] if r["evidence"] > lead[ZERO]}

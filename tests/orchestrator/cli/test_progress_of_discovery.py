@@ -50,3 +50,20 @@ def test_interrupted_while_the_page_is_built_nothing_was_written(
     before = sorted(data.parent.iterdir())
     assert run(lines(data, command)) == 130
     assert sorted(data.parent.iterdir()) == before
+
+
+def test_errors_beside_a_corrected_fault_say_that_the_measurements_hold_it(
+    data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    points = pd.read_csv(data)
+    tests = pd.DataFrame({"test_id": points["test_id"].unique()}).assign(order=lambda t: t.index + 1.0)
+    points["mu"] += 0.005 * points["test_id"].map(tests.set_index("test_id")["order"])
+    points.to_csv(data, index=False)
+    tests.to_csv(data.parent / "tests.csv", index=False)
+    added = f"refine --data {data.parent} --model linear --add sensor_drift -o OUT --report OUT.html"
+    assert run(added.replace("OUT", str(data.parent / "out")).split()) == 0
+    said = "The measurements still hold sensor_drift here, which the model leaves out"
+    table, _, rounds = capsys.readouterr().out.partition(said)
+    assert "Evaluation of after" in table and "Rounds of additions" in rounds
+    assert said in (data.parent / "out.html").read_text(encoding="utf-8")
+    assert run(lines(data, "refine")) == 0 and said not in capsys.readouterr().out

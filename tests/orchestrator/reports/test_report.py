@@ -32,6 +32,7 @@ from orchestrator.report.pages.refinement import refinement_page
 from orchestrator.report.parts.cards import Change
 from orchestrator.report.registry import PAGES, page_of
 from tests.friction_models import made_up
+from tests.friction_models.discovery.test_next_tests import falling_and_running_in
 from tests.orchestrator.tiny_fmus import system_content
 
 
@@ -211,6 +212,13 @@ def test_history_says_when_an_addition_did_not_help() -> None:
 
     lines = history_text([entry(0.008, 0.005), entry(0.005, 0.00502)]).splitlines()
     assert lines[1].startswith("  1  + stribeck") and "NO BETTER" not in lines[1] and "NO BETTER" in lines[2]
+
+
+def test_several_names_fit_and_are_missing_in_the_plural() -> None:
+    found = diagnose(*falling_and_running_in(0), catalogue=["stribeck", "running_in", "rate_state"])
+    assert found.verdict == "ambiguous" and len(found.effects) == 2
+    title = "it: effects are missing, Stribeck effect and Running-in fit best"
+    assert f"<title>{title}" in diagnosis.diagnosis_page(found, "it")
 
 
 def test_only_tests_that_are_held_out_are_called_so() -> None:
