@@ -51,7 +51,7 @@ def _rows(
     def size(points: FloatArray) -> FloatArray:
         return np.full(len(points), below)
 
-    tool = plate(0.0, COLD)
+    tool = plate(0.0, COLD, widest=float(r[-1]))
     tool.heat_field = block_field(float(r[-1]), 0.0, -20.0, size, COLD)
     weights = np.zeros(len(r))
     surface_weights(body.x, body.chain, weights)

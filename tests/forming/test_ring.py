@@ -64,7 +64,7 @@ def test_a_ring_is_remeshed_with_its_bore():
     outline = square_ring(0.4)
     size = lambda points: np.full(len(points), 0.3)  # noqa: E731
     table = np.zeros((len(outline), 6))
-    surface = resample_surface(outline, size, [plate(-5.0)], [table])
+    surface = resample_surface(outline, size, [plate(-5.0, widest=10.0)], [table])
     assert surface.points[0] == pytest.approx(surface.points[-1], abs=0.0)
     assert enclosed_volume(surface.points) == pytest.approx(np.pi * 27.0 * 4.0, rel=1e-6)
     mesh = mesh_inside(surface.points, size)
@@ -140,3 +140,11 @@ def test_a_solid_cylinder_has_no_narrow_bore():
         Upsetting(bore_diameter=0.1)
     with pytest.raises(InputError, match="stroke"):
         Upsetting().run(0.1, 14.0)
+
+
+def test_flat_tools_reach_beyond_wide_bodies():
+    """Without friction the radius grows to 178 / 2 / sqrt(0.5) = 125.9 mm."""
+    disc = Upsetting(178.0, 44.5, mesh_size=11.0, n_points=20, isothermal=True)
+    result = disc.run(0.0, stroke=22.25)
+    assert result.status == "ok", result.message
+    assert disc.marker_position[:, 0].max() == pytest.approx(89.0 / 0.5**0.5, rel=5e-3)
