@@ -142,6 +142,18 @@ def test_a_solid_cylinder_has_no_narrow_bore():
         Upsetting().run(0.1, 14.0)
 
 
+@pytest.mark.parametrize("remeshing", [False, True])
+@pytest.mark.parametrize("size", [(20.0, 8.0, 3.0), (12.0, 4.0, 2.0)])
+def test_a_bore_that_closes_ends_the_run(size, remeshing):
+    ring = RingCompression(*size, mesh_size=size[1] / 8.0, remeshing=remeshing)
+    with np.errstate(all="raise", under="ignore"):
+        result = ring.run(0.2, stroke=0.78 * size[1])
+    assert result.status == "stopped" and "the bore of the workpiece closes at z = " in result.message
+    assert 0.5 * size[1] < result.stroke[-1] < 0.78 * size[1]
+    assert 0.0 < ring.simulation.state.body.surface[:, 0].min() < 0.03 * size[2]
+    assert (result.contact.loads[:, :, 4] > 0.0).all()
+
+
 def test_flat_tools_reach_beyond_wide_bodies():
     """Without friction the radius grows to 178 / 2 / sqrt(0.5) = 125.9 mm."""
     disc = Upsetting(178.0, 44.5, mesh_size=11.0, n_points=20, isothermal=True)
