@@ -32,7 +32,7 @@ def cylinder(T, radius=5.0, height=10.0):
 def cool(body, material, heat, times, dt):
     """Let a body hang in the air; return the mean temperatures at `times` and the energy account."""
     tool = plate(-100.0, widest=5.0)
-    table = np.zeros((len(body.chain), 6))
+    table = np.zeros((len(body.chain), 7))
     table[:, 3] = 100.0
     weights = np.zeros(len(body.chain))
     surface_weights(body.x, body.chain, weights)
