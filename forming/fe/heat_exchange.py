@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .body import Body, WorkpieceMaterial
-from .contact import GAP, PRESSURE, SHEAR, SLIP
+from .contact import FACING, GAP, PRESSURE, SHEAR, SLIP
 from .heat.properties import integral
 from .heat.surface_layer import Exchange, SurfaceLayer
 from .mesh.shape import N_GAUSS, FloatArray, gauss_volumes
 from .state import Energy
+from .surface_loads import LEAST_SHARE, facing_of_edges
 from .tooling import Tool
 
 #: Stefan-Boltzmann constant [N/(mm s K4)]; 0 degC [K].
@@ -63,7 +64,8 @@ def exchange_heat(
 
     The workpiece sees the tool surfaces as they were before the increment, the tools see the workpiece as
     it is after it: each half is implicit, so the exchange is stable at any increment. Radiation is linear
-    in the temperature after the increment, with the slope of before.
+    in the temperature after the increment, with the slope of before. Only that part of a node's area which faces a
+    tool exchanges heat with it.
 
     - `tables`, shape (n_s, 7): contact tables of the tools.
     - `weights`, shape (n_s,): surface area per radian of the surface nodes [mm2].
@@ -73,9 +75,10 @@ def exchange_heat(
     """
     surface, layer = body.surface, body.layer or SurfaceLayer.below(body.x, body.quads, body.chain)
     powers = [rubbing * np.abs(table[:, SHEAR] * table[:, SLIP]) for table in tables]
+    shares = [np.maximum(table[:, FACING], LEAST_SHARE) for table in tables]
     to_tools, held, warming = np.zeros((3, len(surface)))
-    for table, tool, frictional in zip(tables, tools, powers):
-        conductance = np.where(table[:, PRESSURE] > 0.0, weights * heat.htc, 0.0)
+    for table, tool, frictional, share in zip(tables, tools, powers, shares):
+        conductance = np.where(table[:, PRESSURE] > 0.0, share * weights * heat.htc, 0.0)
         to_tools += conductance
         held += conductance * tool.surface_temperature(surface)
         warming += np.where(conductance > 0.0, heat.friction_share * frictional * weights, 0.0)
@@ -105,11 +108,12 @@ def exchange_heat(
         account.heat_to_tools += turn * float((to_tools * surface_T - held).sum())
         account.heat_to_environment += turn * float((to_air * (surface_T - T_air)).sum())
         account.heat_content = _content(body, T, volumes, material, account.heat_reference)
-    for table, tool, frictional in zip(tables, tools, powers):
+    for table, tool, frictional, share in zip(tables, tools, powers, shares):
         if tool.heat_field is not None:
-            into_tool = (1.0 - heat.friction_share) * frictional
+            into_tool = (1.0 - heat.friction_share) * frictional / share
             points = surface - tool.offset
-            tool.heat_field.step(dt, points, table[:, PRESSURE] > 0.0, surface_T, into_tool, heat.htc)
+            touching, facing = table[:, PRESSURE] > 0.0, facing_of_edges(surface, table)
+            tool.heat_field.step(dt, points, touching, facing, surface_T, into_tool, heat.htc)
     return T
 
 

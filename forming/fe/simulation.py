@@ -26,6 +26,8 @@ from .tooling import Tool
 #: Share of the missing expansion that a tool makes up for in one increment. The workpiece pushes back up to
 #: three times as hard as the tool, which limits a stable share to 0.5.
 EXPANSION_RELAXATION = 0.3
+#: A surface node further across the axis than this has met the opposite side of a bore [mm].
+ON_AXIS = 1e-9
 #: Steepest rise of the force that the spring of punch and press foresees [N/mm].
 STEEPEST = 3e6
 
@@ -171,6 +173,14 @@ class Simulation:
         change = abs(float(self._resistance(step.forces).sum()) - self.force)
         if change > self.control.force_change and dt * self.speed > 8.0 * self.control.smallest:
             state.next_dt = 0.5 * dt
+            return None
+        surface = (state.body.x + step.du)[state.body.chain]
+        if float(surface[:, 0].min()) < -ON_AXIS:
+            z = float(surface[surface[:, 0].argmin(), 1])
+            self._stop(
+                f"in the next increment the bore of the workpiece closes at z = {z:.2f} mm; contact of the workpiece "
+                "with itself is not computed"
+            )
             return None
         self._accept(step, dt, moves, share)
         return step

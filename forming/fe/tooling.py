@@ -64,15 +64,17 @@ class Tool:
         return self.heat_field.surface_temperature(points - self.offset)
 
 
-def plate(z: float = 0.0, temperature: float = 20.0) -> Tool:
-    """Return a flat plate at rest below the workpiece."""
-    return Tool("plate", np.array([line((-1.0, z), (BEYOND + 30.0, z))]), reach=1.0, temperature=temperature)
+def plate(z: float = 0.0, temperature: float = 20.0, *, widest: float) -> Tool:
+    """Return a flat plate at rest below a workpiece whose radius will be `widest` at most [mm]."""
+    return Tool(
+        "plate", np.array([line((-1.0, z), (widest + BEYOND, z))]), reach=1.0, temperature=temperature
+    )
 
 
-def flat_punch(z: float, speed: float, temperature: float = 20.0, reach: float = 2.0) -> Tool:
-    """Return a flat punch above the workpiece, moving down at `speed` [mm/s]."""
-    segments = np.array([line((BEYOND + 30.0, z), (-1.0, z))])
-    return Tool("punch", segments, np.array([0.0, -speed]), reach=reach, temperature=temperature)
+def flat_punch(z: float, speed: float, temperature: float = 20.0, *, widest: float) -> Tool:
+    """Return a flat punch above the workpiece, moving down at `speed` [mm/s]; `widest` as of `plate`."""
+    segments = np.array([line((widest + BEYOND, z), (-1.0, z))])
+    return Tool("punch", segments, np.array([0.0, -speed]), reach=2.0, temperature=temperature)
 
 
 def sleeve(radius: float, height: float, speed: float = 0.0, temperature: float = 20.0) -> Tool:

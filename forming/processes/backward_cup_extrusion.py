@@ -191,7 +191,7 @@ class BackwardCupExtrusion(Extrusion):
             flexibility=self.elasticity.flexibility,
             spread=self.elasticity.spread,
         )
-        base = plate(0.0, self.T_tool)
+        base = plate(0.0, self.T_tool, widest=radius)
         if self.tool_heating:
             first = size(0.0)
             shift = np.array([0.0, height])

@@ -242,7 +242,7 @@ class ForwardRodExtrusion(Extrusion):
                 flexibility=self.elasticity.flexibility,
                 spread=self.elasticity.spread,
             ),
-            flat_punch(top, self.speed, self.T_tool),
+            flat_punch(top, self.speed, self.T_tool, widest=die.container_radius),
         ]
         base = self.coarsening * min(self.mesh_size, die.exit_radius / 7.0)
         size = _DieSize(

@@ -29,6 +29,8 @@ Force = float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]
 #: Elements at the edge of the contact, as a share of those away from it: where the side folds onto the plate, psi rises
 #: within an element. Its mean is 1.7 % above that with elements half as large, 2.6 % with a share of 0.4.
 AT_EDGE = 0.35
+#: Largest share of the height that the specimen may lose.
+MOST = 0.9
 
 
 class ContactEdgeSize:
@@ -226,11 +228,14 @@ def upset(
         stiffness = (past[-1].force - past[-2].force) / (past[-1].stroke - past[-2].stroke)
         return max(highest / 30.0 / max(stiffness, 1e-9), 4.0 * sim.control.smallest)
 
-    reached = simulation.advance_to(0.9 * punch.specimen_height, observe, force_step)
+    reached = simulation.advance_to(MOST * punch.specimen_height, observe, force_step)
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     message = simulation.state.message
     if reached and simulation.force < highest:
-        reached, message = False, "stopped: the specimen is upset by 90 % before the force is reached"
+        reached, message = (
+            False,
+            f"stopped: the specimen is upset by {100.0 * MOST:g} % before the force is reached",
+        )
     result = UpsettingResult(
         radius_fraction=fraction, status="ok" if reached else "stopped", message=message, **columns
     )
@@ -280,7 +285,11 @@ def _build(
 ) -> tuple[Simulation, ContactEdgeSize]:
     height = punch.specimen_height
     size = ContactEdgeSize(mesh_size, math.sqrt(punch.first_contact_area / math.pi))
-    tools: list[Tool] = [plate(0.0, T_tool), flat_punch(height, speed, T_tool)]
+    widest = 0.5 * punch.specimen_diameter / math.sqrt(1.0 - MOST)
+    tools: list[Tool] = [
+        plate(0.0, T_tool, widest=widest),
+        flat_punch(height, speed, T_tool, widest=widest),
+    ]
     if punch.bore_diameter is not None:
         tools.append(sleeve(0.5 * punch.bore_diameter, height, speed, T_tool))
     body = body_within(punch.outline(), size, tools, T0)

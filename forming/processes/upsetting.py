@@ -126,9 +126,13 @@ class Upsetting(FormingProcess):
         chain = np.append(mesh.loop, mesh.loop[0]) if inner else mesh.loop[: 2 * n_r + n_z + 1]
         body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(chain), self.T_billet)
         body.velocity = np.column_stack([0.5 * (body.x[:, 0] - inner), -body.x[:, 1]]) * self.speed / height
-        tools = [plate(0.0, self.T_tool), flat_punch(height, self.speed, self.T_tool)]
+        widest = outer / math.sqrt(1.0 - MOST)
+        tools = [
+            plate(0.0, self.T_tool, widest=widest),
+            flat_punch(height, self.speed, self.T_tool, widest=widest),
+        ]
         if self.tool_heating and not self.isothermal:
-            reach, depth = outer / math.sqrt(1.0 - MOST) + 2.0, 1.5 * outer
+            reach, depth = widest + 2.0, 1.5 * outer
             tools[0].heat_field = block_field(reach, 0.0, -depth, self._size, self.T_tool)
             tools[1].heat_field = block_field(reach, height, depth, self._size, self.T_tool)
         lengths = np.hypot(*np.diff(body.surface, axis=0).T)

@@ -10,7 +10,7 @@ import numpy as np
 from ..fe.heat.tool_field import ToolField
 from ..fe.mesh.polyline import SizeField
 from ..fe.mesh.shape import FloatArray
-from ..fe.tooling import arc, line, polylines
+from ..fe.tooling import BEYOND, arc, line, polylines
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class ExtrusionDie:
         cone_end = (cone_end_r, cone_start[1] + (cone_end_r - cone_start[0]) / math.tan(a))
         z_entry = cone_end[1] + entry * math.sin(a)
         rows = [
-            line((r1 + 40.0, -relief), (r1 + relief, -relief)),
+            line((r0 + relief + BEYOND, -relief), (r1 + relief, -relief)),
             arc((r1 + relief, -relief), (r1, 0.0), (r1 + relief, 0.0), relief),
             line((r1, 0.0), (r1, land)),
             arc((r1, land), cone_start, (r1 + edge, land), edge),
@@ -73,6 +73,7 @@ class ExtrusionDie:
         inner = [piece[::-1] for piece in polylines(segments)[:0:-1]]
         inner[0] = np.array([[self.container_radius, top], [self.container_radius, z_entry]])
         start, end = inner[0][0], inner[-1][-1]
-        outside = self.container_radius + max(1.5 * self.container_radius, 12.0)
+        radius = self.container_radius
+        outside = max(radius + max(1.5 * radius, 12.0), float(end[0]) + 0.5 * radius)
         back = np.array([end, [outside, end[1]], [outside, top], start])
         return ToolField.build(inner, back, size, T)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..fe.body import Body
+from ..fe.contact import FACING, PRESSURE
 from ..fe.heat_exchange import HeatExchange, exchange_heat
 from ..fe.mesh.mesher import grid_mesh
 from ..fe.mesh.shape import FloatArray, surface_weights
@@ -51,12 +52,12 @@ def _rows(
     def size(points: FloatArray) -> FloatArray:
         return np.full(len(points), below)
 
-    tool = plate(0.0, COLD)
+    tool = plate(0.0, COLD, widest=float(r[-1]))
     tool.heat_field = block_field(float(r[-1]), 0.0, -20.0, size, COLD)
     weights = np.zeros(len(r))
     surface_weights(body.x, body.chain, weights)
-    table = np.zeros((len(r), 6))
-    table[:, 0] = 1000.0
+    table = np.zeros((len(r), 7))
+    table[:, PRESSURE], table[:, FACING] = 1000.0, 1.0
     source = np.zeros((len(body.quads), 4))
     heat = HeatExchange(environment=None)
     rows = []

@@ -135,7 +135,7 @@ def straight_ring(law: str, value: float) -> Simulation:
     around = float(np.hypot(*np.diff(body.surface, axis=0).T).sum())
     return Simulation(
         body,
-        [plate(0.0, 20.0), flat_punch(HEIGHT, SPEED, 20.0)],
+        [plate(0.0, 20.0, widest=2.0 * OUTER), flat_punch(HEIGHT, SPEED, 20.0, widest=2.0 * OUTER)],
         perfectly_plastic(YIELD_STRESS),
         np.linspace(0.0, around, 9),
         value if law == "mu" else CONSTANT_SHEAR,

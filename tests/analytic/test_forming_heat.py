@@ -31,8 +31,8 @@ def cylinder(T, radius=5.0, height=10.0):
 
 def cool(body, material, heat, times, dt):
     """Let a body hang in the air; return the mean temperatures at `times` and the energy account."""
-    tool = plate(-100.0)
-    table = np.zeros((len(body.chain), 6))
+    tool = plate(-100.0, widest=5.0)
+    table = np.zeros((len(body.chain), 7))
     table[:, 3] = 100.0
     weights = np.zeros(len(body.chain))
     surface_weights(body.x, body.chain, weights)
@@ -88,7 +88,7 @@ def test_insulated_surfaces_lose_nothing():
 
 
 def test_a_gap_shelters_a_surface():
-    tool = plate()
+    tool = plate(widest=5.0)
     table = np.zeros((4, 6))
     table[:, 0] = [500.0, 0.0, 0.0, 0.0]
     table[:, 3] = [-0.005, 0.5, 3.0, -40.0]  # in contact, in a gap, free, behind the tool

@@ -43,7 +43,7 @@ class ShrinkFit(FormingProcess):
         chain = np.ascontiguousarray(mesh.loop[: 2 * 12 + 24 + 1])
         body = Body.at_rest(mesh.x, mesh.quads, chain, 20.0)
         bore = Tool("container", np.array([line((RADIUS, -40.0), (RADIUS, 60.0))]))
-        tools = [bore, flat_punch(LENGTH + 5.0, 5.0)]
+        tools = [bore, flat_punch(LENGTH + 5.0, 5.0, widest=RADIUS)]
         arc = np.linspace(0.0, 2.0 * RADIUS + LENGTH, self.n_points)
         simulation = Simulation(body, tools, steel_16MnCr5(), arc, isothermal=True)
         body.x[:, 0] *= 1.0 + START / simulation.settings.penalty / RADIUS

@@ -241,6 +241,15 @@ def test_die_outline_is_closed_and_smooth():
                 assert np.hypot(*(end - s[5:7])) == pytest.approx(abs(s[7]), abs=1e-9)
 
 
+@pytest.mark.parametrize("relief", [40.0, 50.0])
+def test_a_die_may_have_a_wide_relief(relief):
+    """Up to the diameter; the force does not feel it."""
+    sizes = {"diameter": 50.0, "exit_diameter": 35.0, "billet_length": 60.0, "mesh_size": 2.5, "n_points": 30}
+    wide, usual = (ForwardRodExtrusion(**sizes, relief=given).run(0.08, 2.5) for given in (relief, 2.5))
+    assert wide.status == "ok", wide.message
+    assert wide.force == pytest.approx(usual.force, rel=1e-3)
+
+
 @settings(max_examples=6, deadline=None, derandomize=True)
 @given(
     reduction=st.floats(0.2, 0.7),

@@ -1,10 +1,16 @@
-"""Share of the friction heat that a workpiece takes up."""
+"""Share of the friction heat that a workpiece takes up, and what tools take up."""
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 
-from forming import Upsetting
+from forming import RingCompression, Upsetting
+from forming.fe.mesh.shape import nodal_volumes
+from forming.fe.tooling import block_field
+from forming.materials.base import Material
 from friction_models.common import InputError
 
 
@@ -18,6 +24,48 @@ def test_the_workpiece_takes_its_share_of_the_friction_work(share: float) -> Non
     assert energy.friction > 0.02 * energy.plastic
     released = energy.heat_generated - material.taylor_quinney * energy.plastic
     assert released == pytest.approx(share * energy.friction, rel=0.02, abs=2e-3 * energy.friction)
+
+
+def held(field) -> float:
+    """Return the heat in a tool of constant capacity that was at 20 degC [N mm]."""
+    return (
+        2.0 * math.pi * field.steel.capacity * float(nodal_volumes(field.x, field.quads) @ (field.T - 20.0))
+    )
+
+
+@pytest.mark.parametrize("radius", [5.1, 5.4, 5.6, 5.9])
+def test_a_tool_is_heated_as_far_as_the_contact_reaches(radius: float) -> None:
+    """Elements of 1 mm, of which the contact covers a part; they count in quarters."""
+    field = block_field(10.0, 0.0, -5.0, lambda points: np.full(len(points), 1.0), 20.0)
+    body = np.array([[0.0, 0.0], [0.5 * radius, 0.0], [radius, 0.0], [radius + 3.0, 3.0]])
+    touching, power = np.array([True, True, True, False]), np.full(4, 500.0)
+    for _ in range(5):
+        field.step(
+            1e-3, body, touching, np.array([1.0, 1.0, 0.0]), field.surface_temperature(body), power, 1e-6
+        )
+    expected = 5e-3 * 500.0 * math.pi * radius**2
+    assert held(field) == pytest.approx(expected, rel=0.3 / radius)
+
+
+@pytest.mark.parametrize(
+    ("process", "stroke"),
+    [
+        (Upsetting(40.0, 30.0, speed=100.0, tool_material=Material(cp=460.0, conductivity=20.0)), 12.0),
+        (
+            RingCompression(
+                24.0, 8.0, 12.0, speed=100.0, tool_material=Material(cp=460.0, conductivity=20.0)
+            ),
+            3.2,
+        ),
+    ],
+)
+def test_tools_take_up_what_friction_and_the_workpiece_give_them(process: Upsetting, stroke: float) -> None:
+    """At the rim a node holds a part of the free side, which neither rubs nor touches. Strokes are too short for the back of the tools."""
+    assert process.run(0.08, stroke).status == "ok"
+    state = process.simulation.state
+    given = 0.5 * state.energy.friction + state.energy.heat_to_tools
+    taken = sum(held(tool.heat_field) for tool in state.tools)
+    assert taken == pytest.approx(given, abs=0.07 * 0.5 * state.energy.friction)
 
 
 def test_a_share_lies_between_nothing_and_all() -> None:

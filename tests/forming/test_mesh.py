@@ -107,7 +107,7 @@ def test_elimination_takes_less_work_than_from_one_start():
 def test_corners_and_ends_stay_and_volume_is_restored():
     chain = billet(0.9, 2.0)
     table = np.zeros((len(chain), 6))
-    surface = resample_surface(chain, uniform(0.5), [plate(-5.0)], [table])
+    surface = resample_surface(chain, uniform(0.5), [plate(-5.0, widest=10.0)], [table])
     assert enclosed_volume(surface.points) == pytest.approx(enclosed_volume(chain), rel=1e-6)
     assert surface.points[0] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert surface.points[-1] == pytest.approx([0.0, 12.0], abs=1e-12)
@@ -119,8 +119,8 @@ def test_the_volume_is_restored_beside_a_tool_without_touching_it():
     """A waisted billet, a plate one hundredth of a micrometre below the lower face: the sides and the upper face take what that cannot."""
     chain = billet(0.9, -2.0)
     table = np.zeros((len(chain), 6))
-    surface = resample_surface(chain, uniform(0.5), [plate(-1e-5)], [table]).points
-    far = resample_surface(chain, uniform(0.5), [plate(-5.0)], [table]).points
+    surface = resample_surface(chain, uniform(0.5), [plate(-1e-5, widest=10.0)], [table]).points
+    far = resample_surface(chain, uniform(0.5), [plate(-5.0, widest=10.0)], [table]).points
     assert far[:, 1].min() < -1e-3
     assert surface[:, 1].min() > -1e-5
     assert enclosed_volume(surface) == pytest.approx(enclosed_volume(chain), rel=1e-6)
@@ -132,7 +132,7 @@ def test_contact_keeps_its_penetration_and_free_points_leave_the_tool():
     on = chain[:, 1] < 0.01
     table = np.zeros((len(chain), 6))
     table[on, 0], table[on, 3] = 500.0, -0.005
-    surface = resample_surface(chain, uniform(0.4), [plate(0.0)], [table]).points
+    surface = resample_surface(chain, uniform(0.4), [plate(0.0, widest=10.0)], [table]).points
     below = surface[:, 1] < 0.0
     assert below.sum() > 10
     assert surface[below, 1] == pytest.approx(-0.005, abs=1e-9)
@@ -199,7 +199,7 @@ def test_markers_follow_a_remeshing_and_measure_expansion():
     assert markers.points(surface.points) == pytest.approx(before, abs=0.02)
     stretched = surface.points * np.array([2.0, 0.25])
     n = len(stretched)
-    loads = surface_loads(stretched, [np.zeros((n, 7))], [plate()], np.ones(n))
+    loads = surface_loads(stretched, [np.zeros((n, 7))], [plate(widest=10.0)], np.ones(n))
     markers.update(stretched, np.full(n, 20.0), loads, 0.1)
     points = markers.points(surface.points)
     faces = (points[:, 0] < 7.0) & (markers.psi > 0)

@@ -64,7 +64,7 @@ def test_a_ring_is_remeshed_with_its_bore():
     outline = square_ring(0.4)
     size = lambda points: np.full(len(points), 0.3)  # noqa: E731
     table = np.zeros((len(outline), 6))
-    surface = resample_surface(outline, size, [plate(-5.0)], [table])
+    surface = resample_surface(outline, size, [plate(-5.0, widest=10.0)], [table])
     assert surface.points[0] == pytest.approx(surface.points[-1], abs=0.0)
     assert enclosed_volume(surface.points) == pytest.approx(np.pi * 27.0 * 4.0, rel=1e-6)
     mesh = mesh_inside(surface.points, size)
@@ -140,3 +140,23 @@ def test_a_solid_cylinder_has_no_narrow_bore():
         Upsetting(bore_diameter=0.1)
     with pytest.raises(InputError, match="stroke"):
         Upsetting().run(0.1, 14.0)
+
+
+@pytest.mark.parametrize("remeshing", [False, True])
+@pytest.mark.parametrize("size", [(20.0, 8.0, 3.0), (12.0, 4.0, 2.0)])
+def test_a_bore_that_closes_ends_the_run(size, remeshing):
+    ring = RingCompression(*size, mesh_size=size[1] / 8.0, remeshing=remeshing)
+    with np.errstate(all="raise", under="ignore"):
+        result = ring.run(0.2, stroke=0.78 * size[1])
+    assert result.status == "stopped" and "the bore of the workpiece closes at z = " in result.message
+    assert 0.5 * size[1] < result.stroke[-1] < 0.78 * size[1]
+    assert 0.0 < ring.simulation.state.body.surface[:, 0].min() < 0.03 * size[2]
+    assert (result.contact.loads[:, :, 4] > 0.0).all()
+
+
+def test_flat_tools_reach_beyond_wide_bodies():
+    """Without friction the radius grows to 178 / 2 / sqrt(0.5) = 125.9 mm."""
+    disc = Upsetting(178.0, 44.5, mesh_size=11.0, n_points=20, isothermal=True)
+    result = disc.run(0.0, stroke=22.25)
+    assert result.status == "ok", result.message
+    assert disc.marker_position[:, 0].max() == pytest.approx(89.0 / 0.5**0.5, rel=5e-3)

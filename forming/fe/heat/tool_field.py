@@ -9,12 +9,14 @@ from numba import njit
 
 from ..mesh.mesher import quad_mesh
 from ..mesh.polyline import SizeField, arc_length, at_arc_length, spaced
-from ..mesh.shape import FloatArray, IntArray, surface_weights
+from ..mesh.shape import FloatArray, IntArray
 from .properties import Property
 from .surface_layer import Exchange, SurfaceLayer
 
 #: A tool point further from the workpiece than this has no contact [mm].
 NEAR = 0.3
+#: Points of each edge, from 0 to 1, at which its contact is looked up: those of Gauss in both halves, each a quarter of it.
+PLACES: FloatArray = np.array([0.5 * (half + 0.5 + side / 12.0**0.5) for half in (0, 1) for side in (-1, 1)])
 
 
 @dataclass(frozen=True)
@@ -119,25 +121,44 @@ class ToolField:
         return (1.0 - fraction) * T[edge] + fraction * T[edge + 1]
 
     def step(
-        self, dt: float, body: FloatArray, touching: np.ndarray, T: FloatArray, power: FloatArray, htc: float
+        self,
+        dt: float,
+        body: FloatArray,
+        touching: np.ndarray,
+        facing: FloatArray,
+        T: FloatArray,
+        power: FloatArray,
+        htc: float,
     ) -> None:
         """Advance by `dt` [s] in contact with a workpiece surface.
 
+        A tool node is heated over that part of its area which the contact covers. Where it ends, half of the next edge
+        counts, as far as this faces the tool: as much as the last workpiece node holds.
+
         - `body`, shape (n, 2): workpiece surface nodes in the tool's frame.
         - `touching`, shape (n,): which of them are in contact with this tool.
+        - `facing`, shape (n - 1,): cosine between the normals of the edges between them and of the tool.
         - `T`, `power`, shape (n,): their temperature [degC] and the frictional heat that enters the tool
           [N/(mm s)].
         - `htc`: heat transfer coefficient [N/(mm s K)].
         """
         points = self.x[self.surface]
-        edge, u, distance = nearest_on_chain(points, body)
-        covered = (distance < NEAR) & touching[edge] & touching[edge + 1]
-        weights = np.zeros(len(points))
-        surface_weights(self.x, self.surface, weights)
+        sides = np.diff(points, axis=0)
+        places = (points[:-1, None] + PLACES[:, None] * sides[:, None]).reshape(-1, 2)
+        edge, u, distance = nearest_on_chain(places, body)
+        first, second, ahead = touching[edge], touching[edge + 1], 0.5 * facing[edge] ** 2
+        on = (first & (u < ahead)) | (second & (1.0 - u < ahead)) | (first & second)
+        covered = (distance < NEAR) & on
+        areas = covered * np.repeat(np.hypot(*sides.T) / len(PLACES), len(PLACES)) * places[:, 0]
+
+        def at_nodes(values: FloatArray) -> FloatArray:
+            of_edges = (areas * values).reshape(-1, len(PLACES))
+            return np.append(of_edges @ (1.0 - PLACES), 0.0) + np.append(0.0, of_edges @ PLACES)
+
         layer = self.layer or SurfaceLayer.below(self.x, self.quads, self.surface)
-        conductance = np.where(covered, weights * htc, 0.0)
-        opposite = (1.0 - u) * T[edge] + u * T[edge + 1]
-        heat = np.where(covered, weights * ((1.0 - u) * power[edge] + u * power[edge + 1]), 0.0)
+        conductance = at_nodes(np.full(len(areas), htc))
+        outside = at_nodes(htc * ((1.0 - u) * T[edge] + u * T[edge + 1]))
+        heat = at_nodes((1.0 - u) * power[edge] + u * power[edge + 1])
         self.layer, self.T = layer.step(
             self.x,
             self.quads,
@@ -146,6 +167,6 @@ class ToolField:
             self.steel.capacity,
             self.steel.conductivity,
             dt,
-            Exchange(conductance, conductance * opposite, heat),
+            Exchange(conductance, outside, heat),
             film=(self.far, np.full(len(self.far), 1e6), np.full(len(self.far), self.far_T)),
         )

@@ -32,6 +32,8 @@ FRACTION = np.linspace(0.0, 1.0, 41)
 SIZES = (1.0, 1.1, 0.9, 1.25, 0.8)
 #: Largest increments: of the tool [mm], and of the force over the highest.
 TRAVEL, FORCE_STEP = 0.18, 1.0 / 30.0
+#: Largest share of the height that a specimen may lose.
+MOST = 0.9
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,11 @@ class _Run:
         self._coarse = mesh_size
         self._edge = 0.5 * (punch.tip_diameter or punch.specimen_diameter)
         self._bore = 0.5 * (punch.bore_diameter or math.inf)
-        tools: list[Tool] = [plate(0.0, case.T_tool), flat_punch(height, case.speed, case.T_tool)]
+        widest = 0.5 * punch.specimen_diameter / math.sqrt(1.0 - MOST)
+        tools: list[Tool] = [
+            plate(0.0, case.T_tool, widest=widest),
+            flat_punch(height, case.speed, case.T_tool, widest=widest),
+        ]
         if punch.bore_diameter is not None:
             tools.append(sleeve(self._bore, height, case.speed, case.T_tool))
         body = body_within(punch.outline(), self._size, tools, case.T_specimen)
@@ -121,11 +127,11 @@ class _Run:
     def carry_out(self) -> bool:
         """Upset; return whether the force was reached."""
         simulation = self._simulation
-        done = simulation.advance_to(0.9 * self.case.punch.specimen_height, self._observe, self._travel)
+        done = simulation.advance_to(MOST * self.case.punch.specimen_height, self._observe, self._travel)
         if not done:
             self.message = simulation.state.message
         elif simulation.force < self.case.force:
-            self.message = "stopped: the specimen is upset by 90 % before the force is reached"
+            self.message = f"stopped: the specimen is upset by {100.0 * MOST:g} % before the force is reached"
         return not self.message
 
     def result(self) -> SpecimenRun:
