@@ -186,10 +186,13 @@ class UnseenTestsJudge:
         return _prefers(*(self.unseen.errors(effects_of(fits)) for fits in (some, others)))
 
     def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
-        """Return whether a further effect helps for certain; one of a load of those named may only mend their form."""
+        """Return whether a further effect helps for certain.
+
+        One of a load of those named may only mend their form; a fault of the data that does is not named.
+        """
         before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept, [*kept, fit]))
         if fit.effect.driver[0] in {d for f in kept for d in f.effect.driver}:
-            return _falls(before, after, CERTAIN)
+            return fit.effect.kind != "fault" and _falls(before, after, CERTAIN)
         return helps(before, after, CERTAIN)
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:

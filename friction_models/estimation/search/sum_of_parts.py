@@ -15,6 +15,7 @@ from ..campaign.binning import BinnedTests
 from ..campaign.curves import spline_columns
 from ..noise.noise_floor import Whitener
 from .scan import VISIBLE, Fit, Projector, best_fit
+from .significance import SAME
 
 #: Gain beyond any sum of curves along its loads, from which on an effect shows something of its own.
 OWN = 40.0
@@ -24,6 +25,8 @@ KNOTS = 8
 NEARLY = 0.85
 #: Gain that chance hardly leaves the first one beyond a simpler effect and curves along its loads.
 CHANCE = 12.0
+#: By so many standard errors less than it would if it were true (`rivalry.py` says how far such gains scatter).
+APART = 2.0
 
 
 def shown_by_parts(
@@ -56,6 +59,7 @@ def fewer_loads_first(
 ) -> list[Fit]:
     """Let an effect of fewer loads lead the first one if that shows nothing beyond it, in whatever form along its own loads.
 
+    Weak effects need not show it: the first one stays where it would hardly show more if it were true, and does differ.
     `residual` is that of `shown_by_parts`.
     """
     if not ranking or ranking[0].gain <= 0.0:
@@ -68,7 +72,12 @@ def fewer_loads_first(
             continue
         forms = part.prepared.columns[:, part.prepared.usable.all(axis=1)].reshape(len(residual), -1)
         curves = project(whiten(spline_columns(campaign, part.effect.driver, KNOTS)))
-        if _gain_beyond(first, np.column_stack([forms, curves]), residual) <= CHANCE:
+        others = np.column_stack([forms, curves])
+        shown = _gain_beyond(first, others, residual)
+        # what it would gain there if it were true: hardly anything where it has taken on the form of the simpler one
+        expected = float(np.sum(Projector(others)(first.signal) ** 2))
+        alike = expected < SAME * first.gain
+        if shown <= CHANCE and (alike or shown < expected - APART * 2.0 * np.sqrt(expected)):
             return [part, *(f for f in ranking if f is not part)]
     return ranking
 
