@@ -9,7 +9,7 @@ import numpy as np
 
 from ..common.wording import counted
 from ..estimation.campaign.binning import FEW_TESTS, BinnedTests
-from ..estimation.fit.parameters import FittedTerm, FittedTerms, fit_terms
+from ..estimation.fit.parameters import FittedTerm, fit_terms
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
@@ -19,6 +19,7 @@ from ..loads import LOAD_NAMES, FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
+from .answer.fit_warnings import about_the_fit
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
@@ -132,7 +133,7 @@ def assemble(
     warnings += uncertain_drivers(whole[0], fitted.terms)
     warnings += _reservations(campaign, judged, sure <= EITHER and factor is None)
     warnings += [level.text(f"the {base.name} model")] if level.off else []
-    warnings += [*_about_the_noise(campaign, found), *_about_the_fit(fitted)]
+    warnings += [*_about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
     proposals, inseparable = propose(campaign, _questions(judged, confusion), mu, base, doubt)
     if named and (len(confusion) > 1 or not proposals):
@@ -211,21 +212,6 @@ def _about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
         f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
         "and faulty tests first, little else can be seen in such data"
     ]
-
-
-def _about_the_fit(fitted: FittedTerms) -> list[str]:
-    """Return warnings about parameters at bounds, and parameters that the data tie to each other."""
-    at_bounds = [
-        f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}, the bound of what is allowed: the law may have another form, and "
-        "the intervals of its parameters hold for this value only"
-        for term in fitted.terms
-        for name in term.at_bounds
-    ]
-    tied = [
-        f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
-        for first, second, value in fitted.correlations[:3]
-    ]
-    return at_bounds + tied
 
 
 def _questions(judged: Judged, confusion: list[str]) -> list[Question]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from friction_models import ConstantFriction
+from friction_models.discovery.answer.fit_warnings import about_the_fit
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.fit.parameters import fit_terms
@@ -72,3 +75,16 @@ def test_what_the_data_tie_is_said() -> None:
     assert [p[:2] for p in found.correlations] == [("running_in.delta_r", "running_in.s_r")]
     low, high = found.terms[0].intervals["s_r"]
     assert high / low > 1.5
+
+
+def test_a_size_that_is_not_known_is_said() -> None:
+    campaign = running_in(0)
+    fitted = fit_terms(campaign, base_law(ConstantFriction(), campaign, 0), [make_effect("running_in")])
+    (term,) = fitted.terms
+    rising = make_effect("wear_out")  # has a physical sign
+    assert about_the_fit(campaign, fitted) == []
+    large = replace(term, binned=5.0 * term.binned)
+    blurred = replace(term, effect=rising, intervals={rising.amplitudes[0].name: (-0.1, 0.2)})
+    for other, said in ((large, "only their sum is known"), (blurred, "its size is not")):
+        (warning,) = about_the_fit(campaign, replace(fitted, terms=[other]))
+        assert warning.endswith(said)
