@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import qmc
 
 from benchmarks.discovery_campaigns import campaign
+from benchmarks.literature import cases, make
 from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
@@ -236,3 +237,10 @@ def test_a_window_of_two_loads_that_few_tests_meet_is_something_missing() -> Non
         data, catalogue=("pressure_power", "surface_expansion", "wear_out", "thermal_softening")
     )
     assert answer.verdict == "unknown_structure" and answer.error_budget["missing"] > 0.0
+
+
+def test_a_fault_that_only_mends_the_form_of_what_is_named_is_not_named() -> None:
+    # another author's campaign, whose law depends on temperature and pressure; an offset of the force is not in it
+    case = next(c for c in cases(120) if c.laws == ("breakdown_lowered",) and c.recipe == "quantised")
+    made = make(case)
+    assert diagnose(made.data, made.tests).effects == ["hot_pressure_breakdown"]
