@@ -22,6 +22,7 @@ from ...estimation.search.form_error import FORM_ERROR
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit, drops
 from ...estimation.search.search_round import SearchRound
+from ...estimation.search.unseen_loads import driven_by_load
 from ...loads import LOAD_NAMES, FloatArray
 from .deviations import Deviations
 from .information import Outcomes
@@ -37,6 +38,8 @@ UNLIKELY = 0.02
 NONE_SIZE = 1.0
 #: Relative prior precision of what is not bounded; keeps equations regular.
 FLAT = 1e-8
+#: Column of the place of a test in the campaign, which drives a drift.
+ORDER = "order"
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,7 @@ class Hypotheses:
     ) -> None:
         self.given = given
         self.campaign, self.found, self.fits, self.prior = campaign, found, list(fits), prior
-        unloaded = [f for f in self.fits if not driven_by_load(f)]
+        unloaded = [f for f in self.fits if not driven_by_load(f.effect)]
         self.names = [f.name for f in self.fits if f not in unloaded[1:]]
         self.place = {f.name: self.names.index((unloaded[0] if f in unloaded else f).name) for f in self.fits}
         self._owner = [*self.place.values(), len(self.names)]
@@ -269,15 +272,10 @@ class Hypotheses:
         given = test.row.get(name)
         if isinstance(given, float):
             return given
-        if name == "order":
+        if name == ORDER:
             return float(values.max()) + 1.0
         levels, counts = np.unique(values[self.campaign.point_starts], return_counts=True)
         return float(levels[np.argmax(counts)])
-
-
-def driven_by_load(fit: Fit) -> bool:
-    """Return whether a load drives an effect, and not a column of the test table alone."""
-    return bool(set(fit.effect.driver) & set(LOAD_NAMES))
 
 
 def _parts(values: FloatArray) -> FloatArray:

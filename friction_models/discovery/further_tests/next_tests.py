@@ -21,9 +21,10 @@ from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.significance import SAME
+from ...estimation.search.unseen_loads import driven_by_load
 from ...estimation.search.zero_reading import DECIDES, ZERO, expected, read_zero
 from ...loads import LOAD_NAMES, FloatArray
-from .hypotheses import Hypotheses, driven_by_load
+from .hypotheses import ORDER, Hypotheses
 from .information import Outcomes
 from .protocols import READING, PlannedTest, PlanRow, SetPoints, possible_tests
 
@@ -42,8 +43,6 @@ SEVERAL = 3
 MOST_REPEATS, ENDLESS = 12, 1000
 #: A proposal with fewer bits, or that tells its pair apart by fewer standard errors, is not made.
 LEAST_BITS, USELESS = 0.01, 0.5
-#: Column of the place of a test in the campaign, which drives a drift.
-ORDER = "order"
 #: Most proposals.
 SHOWN = 5
 
@@ -116,8 +115,7 @@ def _for_question(
     several = _several(known, single)
     if several is not None:
         entries.append(_entry(known, named, *several))
-    reading = read_zero(campaign, found.floor.sensor)
-    if ZERO in named and not (reading is not None and reading.present > DECIDES):
+    if ZERO in named and not _zero_is_known(campaign, found):
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
     telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
     return telling, _remarks(campaign, found, rivals, known.place, [o for _, o in single])
@@ -207,6 +205,12 @@ def _repeats(known: Hypotheses, tests: list[PlannedTest], pair: tuple[int, int],
     return None
 
 
+def _zero_is_known(campaign: BinnedTests, found: SearchRound) -> bool:
+    """Return whether readings without load have decided that there is an offset."""
+    reading = read_zero(campaign, found.floor.sensor)
+    return reading is not None and reading.present > DECIDES
+
+
 def _zero_reading(
     campaign: BinnedTests, found: SearchRound, fits: list[Fit], prior: FloatArray, tests: list[PlannedTest]
 ) -> NextTest:
@@ -243,7 +247,7 @@ def _remarks(
     """Return what no proposed test tells apart, and how to tell what no load drives."""
     result = []
     first, *others = rivals
-    unloaded = [f for f in rivals if not driven_by_load(f)]
+    unloaded = [f for f in rivals if not driven_by_load(f.effect)]
     for rival in others:
         if ZERO in (first.name, rival.name) or not {first.name, rival.name} <= set(place):
             continue

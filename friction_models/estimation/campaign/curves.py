@@ -28,6 +28,12 @@ def transformed(campaign: BinnedTests, name: str) -> FloatArray:
     )
 
 
+def scaled_loads(campaign: BinnedTests) -> dict[str, FloatArray]:
+    """Return bin means of each load on the scale of its curve; one that varies only between the points of an average says nothing."""
+    scaled = {n: transformed(campaign, n) for n in LOAD_NAMES if campaign.varies(n)}
+    return {n: values for n, values in scaled.items() if np.ptp(values) > 0.0}
+
+
 def on_scale(name: str, values: FloatArray) -> FloatArray:
     """Return values of a load (of `sd` the distance since the start) on the scale on which its curve is drawn."""
     if name == "v_rel":

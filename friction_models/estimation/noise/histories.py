@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import rankdata
 
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ...loads.time_steps import time_steps
 from ..campaign.binning import BinnedTests
-from ..campaign.curves import on_scale, transformed
+from ..campaign.curves import on_scale, scaled_loads
 
 #: Share of the largest value below which a quantity that grows from nothing counts as its start.
 START = 0.01
@@ -29,9 +29,7 @@ def histories(campaign: BinnedTests) -> dict[str, FloatArray]:
     """
     if campaign.averaged:
         return {}  # averages of whole tests have no history
-    told = [rankdata(transformed(campaign, n)) for n in LOAD_NAMES if campaign.varies(n)]
-    # A load that varies only between the points of an average says nothing here.
-    known = [ranks for ranks in told if np.ptp(ranks) > 0.0]
+    known = [rankdata(values) for values in scaled_loads(campaign).values()]
     found = {}
     for name, values in _all(campaign).items():
         ranks = rankdata(values)

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import fdtrc
 
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..noise.noise_floor import independent_columns
 from .base_law import BaseLaw
 from .candidates import Candidate
 from .search_round import flexible_mean
+from .unseen_loads import driven_by_load
 
 #: Level of all F tests of one step together.
 LEVEL = 0.01
@@ -30,7 +31,9 @@ def metadata_that_sets_tests_apart(
     F tests of mean friction of whole tests, stepwise, at a Bonferroni level (Draper, Smith: Applied Regression Analysis
     (1998), chapter 6). Each level of a column, or shape of an effect, counts as a test.
     """
-    system = [c.columns[:, k] for c in candidates if _of_system(c) for k in range(c.columns.shape[1])]
+    system = [
+        c.columns[:, k] for c in candidates if not driven_by_load(c.effect) for k in range(c.columns.shape[1])
+    ]
     known = np.empty((len(campaign.starts), 0))
     if not system:
         return known
@@ -47,11 +50,6 @@ def metadata_that_sets_tests_apart(
         known = np.column_stack([known, best[1]])
         mean = independent_columns(np.column_stack([mean, _of_tests(campaign, best[1])]))
     return known
-
-
-def _of_system(candidate: Candidate) -> bool:
-    """Return whether a candidate follows the test table alone, and no load."""
-    return not set(candidate.effect.driver) & set(LOAD_NAMES)
 
 
 def _of_tests(campaign: BinnedTests, columns: FloatArray) -> FloatArray:

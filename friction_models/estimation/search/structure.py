@@ -15,7 +15,7 @@ import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import BinnedTests
-from ..campaign.curves import curve, products, spline_columns, transformed
+from ..campaign.curves import curve, products, scaled_loads, spline_columns, transformed
 from ..campaign.metadata import is_text
 from .scan import Fit, Projector
 from .search_round import SearchRound
@@ -184,9 +184,7 @@ def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:
 
 
 def _curves(campaign: BinnedTests) -> dict[str, FloatArray]:
-    """Return curves along each load; one that varies only between the points of an average has none."""
-    scaled = {n: transformed(campaign, n) for n in LOAD_NAMES if campaign.varies(n)}
-    return {n: curve(values, 3) for n, values in scaled.items() if np.ptp(values) > 0.0}
+    return {n: curve(values, 3) for n, values in scaled_loads(campaign).items()}
 
 
 def _with_products(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -72,10 +72,10 @@ def fewer_loads_first(
             continue
         forms = part.prepared.columns[:, part.prepared.usable.all(axis=1)].reshape(len(residual), -1)
         curves = project(whiten(spline_columns(campaign, part.effect.driver, KNOTS)))
-        others = np.column_stack([forms, curves])
-        shown = _gain_beyond(first, others, residual)
+        beyond = Projector(np.column_stack([forms, curves]))
+        shown = _gain_beyond(first, beyond, residual)
         # what it would gain there if it were true: hardly anything where it has taken on the form of the simpler one
-        expected = float(np.sum(Projector(others)(first.signal) ** 2))
+        expected = float(np.sum(beyond(first.signal) ** 2))
         alike = expected < SAME * first.gain
         if shown <= CHANCE and (alike or shown < expected - APART * 2.0 * np.sqrt(expected)):
             return [part, *(f for f in ranking if f is not part)]
@@ -95,12 +95,12 @@ def _own_gain(
     campaign: BinnedTests, fit: Fit, residual: FloatArray, whiten: Whitener, project: Projector
 ) -> float:
     """Return the gain of an effect beyond curves along each of its loads."""
-    return _gain_beyond(fit, project(whiten(spline_columns(campaign, fit.effect.driver, KNOTS))), residual)
+    curves = project(whiten(spline_columns(campaign, fit.effect.driver, KNOTS)))
+    return _gain_beyond(fit, Projector(curves), residual)
 
 
-def _gain_beyond(fit: Fit, others: FloatArray, residual: FloatArray) -> float:
-    """Return the gain of an effect, at its best shape, beyond other columns, whitened and without the base, shape (m, k)."""
-    beyond = Projector(others)
+def _gain_beyond(fit: Fit, beyond: Projector, residual: FloatArray) -> float:
+    """Return the gain of an effect, at its best shape, `beyond` other columns, whitened and without the base."""
     prepared = fit.prepared
     columns = beyond(prepared.columns)
     seen = np.sum(columns**2, axis=0) > VISIBLE * np.maximum(np.sum(prepared.columns**2, axis=0), 1e-12)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...effects.base import Effect
-from ...loads import FloatArray
+from ...loads import LOAD_NAMES, FloatArray
 from ...loads.time_steps import rests, time_steps
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import recorded
@@ -25,6 +25,11 @@ EITHER = 0.5
 SPEED_FACTOR = 2.0
 #: A load varies within tests when this share of its variance lies within them.
 WITHIN = 1e-3
+
+
+def driven_by_load(effect: Effect) -> bool:
+    """Return whether a load drives an effect, and not the test table alone."""
+    return bool(set(effect.driver) & set(LOAD_NAMES))
 
 
 def testable(
