@@ -27,8 +27,9 @@ Force = float | npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]
 
 
 #: Elements at the edge of the contact, as a share of those away from it: where the side folds onto the plate, psi rises
-#: within an element. Its mean is 1.7 % above that with elements half as large, 2.6 % with a share of 0.4.
-AT_EDGE = 0.35
+#: within an element. Over five geometries its mean is 1 % (rms) above the one of finer meshes, 2 % with a share of 0.35, at
+#: the same cost.
+AT_EDGE = 0.25
 #: Largest share of the height that the specimen may lose.
 MOST = 0.9
 
@@ -43,7 +44,7 @@ class ContactEdgeSize:
     --------
     >>> size = ContactEdgeSize(mesh_size=1.0, edge=6.0)
     >>> size(np.array([[6.0, 0.0], [6.0, 50.0]])).tolist()
-    [0.35, 1.0]
+    [0.25, 1.0]
     """
 
     def __init__(self, mesh_size: float, edge: float) -> None:

@@ -38,13 +38,13 @@ def process_uncertainties(
 
     Raises InputError: no step, or an input that is not finite or out of its physical range.
 
-    A filled bore: of its diameter 0.02 mm are uncertain, and 0.6 % of the pressure by the mesh.
+    A filled bore: of its diameter 0.02 mm are uncertain, and 0.8 % of the pressure by the mesh.
 
     >>> steps = {"F_n": 330e3, "v_slide": 100.0, "T_tool": 20.0, "mu": 0.08}
     >>> inputs = {name: np.full(10, value) for name, value in steps.items()}
     >>> found = process_uncertainties(SctProcess(mesh_size=0.9), np.full(10, 0.005), **inputs)
     >>> [len(u) for u in found.values()], float(found["u_sigma_n"][-1].round())
-    ([11, 11, 11], 11.0)
+    ([11, 11, 11], 15.0)
     """
     given = given or GivenUncertainty()
     steps = np.column_stack([dt, F_n, v_slide, T_tool, mu])

@@ -48,7 +48,7 @@ class GivenUncertainty:
     #: likely, ln 2 / sqrt(3).
     heat_transfer: float = 0.4
     #: Mesh of the upsetting run: relative, of pressure and expansion.
-    mesh: float = 0.006
+    mesh: float = 0.008
     #: Grid of the sliding model: relative, of the rise above the plate.
     grid: float = 0.006
 

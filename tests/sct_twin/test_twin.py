@@ -185,7 +185,7 @@ def test_errors_of_fidelity_and_assumptions(tiny: RawCampaign, tmp_path: Path) -
     for variant in ("interface heat transfer x 0.5", "heat data of 20 degC", "contact heated evenly"):
         assert errors.loc[variant, "sigma_n"] == errors.loc[variant, "psi"] == 0.0
     # The bore of this test is filled: its pressure is nearly even, but for the edge.
-    assert -3.0 < errors.loc["contact heated evenly", "T_max"] < -0.2
+    assert -3.0 < errors.loc["contact heated evenly", "T_max"] < -0.1
     assert errors.loc["flow stress x 1.02", "sigma_n"] > 0.0
     assert result.info["errors"]["largest"]["flow stress x 1.02"]["sigma_n"] > 0.0
     assert "flow stress x 1.02" in result.error_table()
