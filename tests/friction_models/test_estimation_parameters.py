@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models import ConstantFriction
+from friction_models import ConstantFriction, LinearFriction
 from friction_models.discovery.answer.fit_warnings import about_the_fit
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
@@ -16,6 +16,7 @@ from friction_models.estimation.fit.parameters import fit_terms
 from friction_models.estimation.search.base_law import base_law
 
 DELTA, LENGTH = 0.03, 6.0
+HOTTER = {"delta_b": 0.03, "T_b": 130.0, "w": 12.0}
 
 
 def running_in(seed: int, tests: int = 30) -> BinnedTests:
@@ -44,6 +45,41 @@ def test_intervals_hold_the_truth(seeds: int) -> None:
             assert low < value < high
             inside[name] += low <= truth <= high
     assert all(n >= 0.83 * seeds for n in inside.values()), inside
+
+
+def breakdown(seed: int, tests: int = 24) -> BinnedTests:
+    """Return tests of which few are hot enough to tell how a lubricant breaks down: a fit follows each of them."""
+    rng = np.random.default_rng([seed, 24])
+    frames = []
+    for k in range(tests):
+        sd = np.linspace(0.3, 40.0, 40)
+        v_rel, sigma_n = np.exp(rng.uniform(np.log(10.0), np.log(500.0))), rng.uniform(300.0, 2500.0)
+        T = rng.uniform(20.0, 200.0) + 0.002 * v_rel * sd
+        law = (
+            0.1
+            - 1e-5 * sigma_n
+            + 5e-5 * T
+            + HOTTER["delta_b"] / (1.0 + np.exp(-(T - HOTTER["T_b"]) / HOTTER["w"]))
+        )
+        mu = law + rng.normal(0.0, 0.005) + rng.normal(0.0, 0.0015, 40)
+        frames.append(
+            pd.DataFrame(
+                {"test_id": f"t{k:02d}", "v_rel": v_rel, "T": T, "sigma_n": sigma_n, "sd": sd, "mu": mu}
+            )
+        )
+    return prepare(pd.concat(frames, ignore_index=True))
+
+
+def test_intervals_hold_what_few_tests_tell() -> None:
+    inside, of = 0, 0
+    for seed in range(24):
+        campaign = breakdown(seed)
+        law = base_law(LinearFriction(), campaign, 0)
+        (term,) = fit_terms(campaign, law, [make_effect("thermal_breakdown")]).terms
+        for name, truth in HOTTER.items():
+            low, high = term.intervals[name]
+            inside, of = inside + (low <= truth <= high), of + 1
+    assert inside >= 0.9 * of, (inside, of)
 
 
 def test_more_tests_narrow_an_interval() -> None:

@@ -64,7 +64,9 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
     """Fit a law together with effects, as `refine` does, and return the effects with intervals.
 
     The intervals follow from the linearised fit, with the scatter of the tests' own scores as the unit (cluster-robust
-    covariance; Liang, Zeger, Biometrika 73 (1986)), and are not narrower than those of independent white residuals.
+    covariance; Liang, Zeger, Biometrika 73 (1986)), and are not narrower than those of independent white residuals. The
+    score of a test is that of a fit without it (Bell, McCaffrey, Survey Methodology 28 (2002)): a fit follows the few
+    tests that tell of a parameter, so what it leaves of them says too little.
     """
     if not effects:
         return FittedTerms([], np.empty(0), [])
@@ -149,10 +151,14 @@ def _half_widths(
     plain = inverse * float(white @ white) / max(len(white) - free, 1)
     scores = np.zeros((tests, free))
     np.add.at(scores, campaign.test, unit * white[:, None])
-    clustered = inverse @ (scores.T @ scores) @ inverse * tests / max(tests - 1, 1)
+    for test in range(tests):
+        own = unit[campaign.test == test]
+        scores[test] = np.linalg.lstsq(np.eye(free) - own.T @ own @ inverse, scores[test], rcond=1e-6)[0]
+    clustered = inverse @ (scores.T @ scores) @ inverse * (tests - 1) / tests
     variance = np.maximum(np.diag(clustered), np.diag(plain))
     chosen = clustered if tests > free else plain
-    half = float(stdtrit(max(tests - 1, 1), 0.975)) * np.sqrt(np.maximum(variance, 0.0)) / norms
+    known = max(min(tests - 1, len(white) - free), 1)
+    half = float(stdtrit(known, 0.975)) * np.sqrt(np.maximum(variance, 0.0)) / norms
     return half, chosen / np.maximum(np.outer(norms, norms), 1e-300)
 
 
