@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.spatial import cKDTree
 
 from forming import ForwardRodExtrusion
 from forming.fe.contact import FACING
@@ -67,6 +68,16 @@ def test_mesh_fills_the_loop_with_sound_elements(h, bulge, tip, grade):
 def test_same_loop_same_mesh():
     one, two = (mesh_inside(billet(0.8, 1.0), uniform(0.8)) for _ in range(2))
     assert np.array_equal(one.x, two.x) and np.array_equal(one.quads, two.quads)
+
+
+def test_a_loop_that_hardly_differs_gets_the_same_mesh():
+    surface = billet(0.2, 1.0)
+    mesh = mesh_inside(surface, uniform(0.2))
+    for wave in np.arange(1.0, 6.0):
+        other = mesh_inside(surface * (1.0 + 1e-9 * np.sin(wave * surface[:, ::-1])), uniform(0.2))
+        # Nodes and elements may come in another order.
+        ours, theirs = (np.concatenate([m.x, m.x[m.quads].mean(axis=1)]) for m in (mesh, other))
+        assert len(ours) == len(theirs) and cKDTree(ours).query(theirs)[0].max() < 1e-6
 
 
 def test_bandwidth_is_small():

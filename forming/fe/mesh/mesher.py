@@ -6,6 +6,7 @@ quadrilaterals, then quadrilaterals split in four and triangles in three, smooth
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +22,12 @@ BoolArray = npt.NDArray[np.bool_]
 
 #: Triangles are merged where the quadrilateral has at least this scaled Jacobian: on a round boundary one of its quarters has half of it.
 WORST_PAIR = 0.6
-#: Inner points are chosen from a grid at least so many times as fine as the triangles.
-PITCH = 3.0
+#: Inner points are chosen from a grid about so many times as fine as the smallest triangles. Its pitch is one of a series, so
+#: many for each doubling.
+PITCH, SERIES = 3.0, 8.0
+#: Points of the grid lie off their places by up to this share of the pitch. On an even one four points often lie on a circle,
+#: pairs of triangles are equally good, and chance in the last digit would choose between two meshes.
+UNEVEN = 0.1
 
 
 class MeshError(Exception):
@@ -104,12 +109,12 @@ def _interior(coarse: FloatArray, wanted: FloatArray, size: SizeField) -> FloatA
     # The height of a triangle with equal sides.
     layer = coarse + np.column_stack([-tangent[:, 1], tangent[:, 0]]) * wanted[:, None] * np.sqrt(0.75)
     good = inside(layer, coarse) & (distance_to_polygon(layer, coarse) > 0.7 * wanted)
-    smallest = float(wanted.min())
-    grid = _graded_grid(coarse.min(axis=0), coarse.max(axis=0), smallest, size)
+    pitch = 2.0 ** (round(SERIES * math.log2(wanted.min() / PITCH)) / SERIES)
+    grid = _graded_grid(coarse.min(axis=0), coarse.max(axis=0), pitch, size)
     grid = grid[inside(grid, coarse)]
     depth, grid_size = distance_to_polygon(grid, coarse), 2.0 * size(grid)
     deep = depth > 0.62 * grid_size
-    order = np.argsort(np.round(depth[deep] / smallest, 1), kind="stable")
+    order = np.argsort(np.round(depth[deep] / (PITCH * pitch), 1), kind="stable")
     candidates = np.concatenate([layer[good], grid[deep][order]])
     if len(candidates) == 0:
         return np.empty((0, 2))
@@ -117,21 +122,24 @@ def _interior(coarse: FloatArray, wanted: FloatArray, size: SizeField) -> FloatA
     return candidates[pack_points(candidates, radius, coarse)]
 
 
-def _graded_grid(low: FloatArray, high: FloatArray, smallest: float, size: SizeField) -> FloatArray:
-    """Return a grid of points, its pitch two or four times as large where triangles are so many times as large as the `smallest`."""
-    pitch = smallest / PITCH
-    columns, rows = np.ceil((high - low) / (4.0 * pitch)).astype(np.int64)
-    blocks = low + 4.0 * pitch * np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(
-        -1, 2
-    )
-    larger = 2.0 * size(blocks + 2.0 * pitch) / smallest
+def _graded_grid(low: FloatArray, high: FloatArray, pitch: float, size: SizeField) -> FloatArray:
+    """Return points of a grid, its pitch two or four times as large where triangles are so many times as large as the smallest.
+
+    It stands still in space, whatever it covers: a slightly other loop gets the same points.
+    """
+    first, last = np.floor(low / (4.0 * pitch)), np.ceil(high / (4.0 * pitch))
+    blocks = 4.0 * np.stack(
+        np.meshgrid(np.arange(first[0], last[0]), np.arange(first[1], last[1])), axis=-1
+    ).reshape(-1, 2)
+    larger = 2.0 * size(pitch * (blocks + 2.0)) / (PITCH * pitch)
     points = []
     for times, least, most in ((1, 0.0, 2.0), (2, 2.0, 4.0), (4, 4.0, np.inf)):
-        places = pitch * (np.arange(0, 4, times) + 0.5 * times)
+        places = np.arange(0, 4, times) + 0.5 * times
         inner = np.stack(np.meshgrid(places, places), axis=-1).reshape(-1, 2)
         chosen = blocks[(larger >= least) & (larger < most)]
         points.append((chosen[:, None] + inner).reshape(-1, 2))
-    return np.concatenate(points)
+    grid = np.concatenate(points)
+    return pitch * (grid + UNEVEN * np.sin(grid @ np.array([[1.7, 3.1], [2.9, 1.3]])))
 
 
 def _neighbours(sides: IntArray, n_sides: int) -> IntArray:
