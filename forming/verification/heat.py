@@ -31,7 +31,7 @@ def in_contact() -> list[Row]:
     """Forming: workpiece at 120 degC on a tool at 20 degC, 35 000 W/(m2 K)."""
     # Elements of 0.02 mm below the surface, growing by a tenth.
     z = np.concatenate([[0.0], np.cumsum(0.02 * 1.1 ** np.arange(60))])
-    return _rows(np.linspace(0.0, 3.0, 4), z[z < 20.0], 0.04, 0.0005, (0.1, 1.0), FINE)
+    return _rows(np.linspace(0.0, 3.0, 4), z[z < 20.0], 0.025, 0.0005, (0.1, 1.0), FINE)
 
 
 @case(CASES, "heat-workpiece-tool-coarse", GROUP)

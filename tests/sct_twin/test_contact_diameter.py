@@ -42,7 +42,8 @@ def test_harder_steel_is_recovered() -> None:
     found = read_at_diameter(of_the_table, FORCE, 2.0 * true.radius, PUNCH)
     state = found.upsetting.at(FORCE)
     assert found.use == "force and area" and found.remark == ""
-    assert found.upsetting.flow_stress == pytest.approx(1.03, abs=0.006)
+    # The two runs have meshes of their own: each reads the radius to 0.3 %.
+    assert found.upsetting.flow_stress == pytest.approx(1.03, abs=0.01)
     assert state.area == pytest.approx(true.area, rel=5e-4)
     assert state.psi == pytest.approx(true.psi, rel=0.004)
     assert state.height == pytest.approx(true.height, rel=0.005)
