@@ -47,16 +47,15 @@ LONGEST = 1000.0
 class FrontSize(NamedTuple):
     """Elements at the edge of the billet that goes ahead."""
 
-    #: As a share of those in the die, but not below this share of the container's radius.
+    #: As a share of the container's radius.
     share: float
-    least: float
     #: How much they grow per mm away from the edge.
     growth: float
 
 
 #: While the die folds the edge open, and then. A fold is never sharper than the elements: coarse ones stretch the side beside it
 #: too much, and by what each mesh happens to have there.
-FOLDING, FOLDED = FrontSize(0.15, 0.006, 0.25), FrontSize(0.25, 0.01, 0.15)
+FOLDING, FOLDED = FrontSize(0.006, 0.25), FrontSize(0.01, 0.15)
 
 
 @dataclass(frozen=True)
@@ -101,7 +100,7 @@ class _DieSize:
         corner = distance_to_point(points, die.container_radius, self.top)
         fine = np.minimum(fine, IN_CORNER * self.base + 0.3 * corner)
         at_front = self.at_front
-        finest = max(at_front.share * self.base, at_front.least * die.container_radius)
+        finest = at_front.share * die.container_radius
         fine = np.minimum(fine, finest + at_front.growth * distance_to_point(points, *self.front))
         return np.minimum(np.minimum(along, fine), np.where(points[:, 1] < die.land, rod, largest))
 
