@@ -17,7 +17,7 @@ from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
 from .error_budget import BELIEVED, ErrorShares, fall, helps
 from .identifiability import RESOLUTION
-from .rivals import Further, Rivals, told
+from .rivals import APART, Further, Rivals, told
 from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
 from .verdict import LEVEL
 
@@ -86,6 +86,9 @@ class UnseenTestsJudge:
         kept = self._grown(self._that_help(chosen, 1), len(chosen)) if verdict in NAMED else []
         if (instead := self._best_led(kept)) is not kept:
             kept = self._grown(instead, len(instead))
+        if (needed := self._needed(kept)) is not kept:
+            # where no less than all of them explain, their sum is a curve of unknown form
+            kept, verdict = needed, verdict if self._explain(needed) else "unknown_structure"
         shares = self.beside.shares(kept, alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
@@ -109,7 +112,7 @@ class UnseenTestsJudge:
 
     def _several(self, first: Fit) -> list[Fit]:
         """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
-        grown = self._grown([first], 2)
+        grown = self._needed(self._grown([first], 2))
         if len(grown) > 1 and self._explain(grown):
             return grown
         # effects with memory take long to fit, and hold simpler ones
@@ -117,7 +120,7 @@ class UnseenTestsJudge:
         best = max(plain, key=lambda f: f.gain, default=first)
         if best.name == first.name or not self._helps([], best):
             return []
-        grown = self._grown([best], 2, most=2)
+        grown = self._needed(self._grown([best], 2, most=2))
         return grown if len(grown) > 1 and self._explain(grown) else []
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
@@ -169,6 +172,20 @@ class UnseenTestsJudge:
             if best is None or not self._confirmed(kept, best):
                 break
             kept = self._exchanged([*kept, best])
+        return kept
+
+    def _needed(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects that unseen tests miss when each is left out and the others are refitted; the least missed goes first.
+
+        Several formulas may bend after a law that none of them describes: then their sum predicts, and one alone says little.
+        """
+        while len(kept) > 1:
+            after = self.unseen.errors(effects_of(kept))
+            without = [[g for g in kept if g is not f] for f in kept]
+            missed = [_certainty(self.unseen.errors(effects_of(fits)), after) for fits in without]
+            if min(missed) >= APART:
+                break
+            kept = without[int(np.argmin(missed))]
         return kept
 
     def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
@@ -229,8 +246,12 @@ class UnseenTestsJudge:
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
             return 0.0
-        before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept))
-        return max(fall(before, after)[1], fall(before, after, "within")[1])
+        return _certainty(*(self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept)))
+
+
+def _certainty(before: ErrorsByTest, after: ErrorsByTest) -> float:
+    """Return by how many standard errors an error falls, in all or along the tests."""
+    return max(fall(before, after)[1], fall(before, after, "within")[1])
 
 
 def _alone(shares: ErrorShares) -> bool:
