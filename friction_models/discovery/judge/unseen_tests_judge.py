@@ -57,11 +57,14 @@ class UnseenTestsJudge:
         self.beside = BesideReference(campaign, unseen, found)
         self.rivals = Rivals(campaign, found, self.straight, further)
 
-    def __call__(self, verdict: str, chosen: list[Fit], named: str, bent: bool) -> Confirmation:
+    def __call__(
+        self, verdict: str, chosen: list[Fit], named: str, bent: bool, alike: Sequence[str] = ()
+    ) -> Confirmation:
         """Return a verdict whose names lower the error on unseen tests.
 
         `verdict` is that of the scan, and `chosen` what it names, or would name if no structure were left; `named` is the
-        verdict in that case. The first name is `bent` where what is missing has another form.
+        verdict in that case. The first name is `bent` where what is missing has another form. The scan cannot tell what is `alike`
+        from the first of them.
         """
         if not self.unseen.possible:
             return Confirmation(verdict, chosen if verdict in NAMED else [])
@@ -94,17 +97,25 @@ class UnseenTestsJudge:
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
+        behind = self.rivals.behind(kept, alike)
         kept = self.rivals.largest_first(kept)
         rivals = told(kept, beside)
         if verdict in ("explained", "partly_explained") and rivals:
             verdict = "ambiguous"
+        elif (
+            verdict == "ambiguous"
+            and not rivals
+            and behind
+            and {*alike} <= {*behind, *(f.name for f in kept)}
+        ):
+            verdict = "data_problem" if all(f.effect.kind == "fault" for f in kept) else "explained"
         where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
         if repeats is not None and repeats.lacks_fit:
             low, high = repeats.interval
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
             verdict = _beyond_repeats(verdict, shares)
-        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)
+        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, tuple(behind), repeats)
 
     def _explain(self, kept: list[Fit]) -> bool:
         """Return whether unseen tests are predicted about as well as they can be."""
