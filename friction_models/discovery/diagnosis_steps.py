@@ -175,7 +175,9 @@ def _judge(
     stages(30, "tests that a fit did not see")
     unseen = UnseenTests(*whole, seed, stages.until(75))
     judge = UnseenTestsJudge(campaign, unseen, searched.found, searched.further)
-    confirmed = judge(verdict, chosen, named_verdict(evidence.confusion_set, kinds), evidence.bent)
+    alike = evidence.confusion_set
+    confirmed = judge(verdict, chosen, named_verdict(alike, kinds), evidence.bent, alike)
+    evidence = replace(evidence, confusion_set=[n for n in alike if n not in confirmed.behind])
     return Judged(searched.found, evidence, confirmed, searched.notes, unseen, searched.beside)
 
 

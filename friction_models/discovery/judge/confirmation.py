@@ -30,6 +30,7 @@ class Confirmation:
     #: Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then further
     #: names, each with what unseen tests cannot tell from it.
     rivals: tuple[str, ...] = ()
+    behind: tuple[str, ...] = ()  #: Rivals of the scan that unseen tests leave far behind.
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Whether the model alone predicts unseen tests closer than friction is measured.
     within_resolution: bool = False

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
@@ -22,6 +23,8 @@ WORTH = 0.25
 #: A rival of at least this share of the gain of the first effect stays where the tests do not prefer the first by so many
 #: standard errors, formulas being as wrong as the leads of single tests show.
 AS_LIKELY, AGREED = 0.5, 1.0
+#: By so many standard errors, and by enough to matter, unseen tests leave a rival behind, whatever a lead in evidence may owe to formulas.
+BEHIND = 3.0
 
 #: Searches for further effects beside those given; the best first.
 Further = Callable[[Sequence[Fit]], list[Fit]]
@@ -66,15 +69,34 @@ class Rivals:
             ]
         return found
 
+    def behind(self, kept: Sequence[Fit], alike: Sequence[str]) -> list[str]:
+        """Return those of some effects, the first of them named, that are far worse in its place on unseen tests.
+
+        In data that hold the first one they may come near it in evidence, which allows every formula to bend.
+        """
+        named = next((f for f in kept if f.name in alike[:1]), None)
+        if named is None:
+            return []
+        others, names = [f for f in kept if f is not named], {f.name for f in kept}
+        rivals = [f for f in self.found.ranking if f.name in alike and f.name not in names]
+        return [f.name for f in rivals if self._behind(kept, [f, *others])]
+
+    def _behind(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
+        """Return whether unseen tests prefer some effects to others clearly, and by enough to matter."""
+        own, other = self.straight.errors(kept), self.straight.errors(instead)
+        gain, certain = fall(other, own)
+        clear = certain > BEHIND and gain > LEAST_SHARE * own.rms**2
+        return clear and self._apart(kept, instead, [], *_alone(kept, instead))
+
     def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
         """Return whether the tests prefer some effects to others that differ in the first.
 
         With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
         """
-        lone = (kept[0], instead[0]) if len(kept) == 1 else ()
-        if self.campaign.averaged and not self._apart(kept, instead, [], *lone):
+        if self.campaign.averaged and not self._apart(kept, instead, [], *_alone(kept, instead)):
             return False
-        return rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
+        agreed = rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
+        return agreed or self._behind(kept, instead)
 
     def _apart(self, kept: Sequence[Fit], instead: Sequence[Fit], beside: Sequence[Fit], *forms: Fit) -> bool:
         """Return whether unseen tests prefer some effects to others; of averages also where they had no part in the choice of shapes.
@@ -98,6 +120,11 @@ class Rivals:
         if carried[0] > AS_GOOD * carried[most]:
             return kept
         return [kept[most], *(f for f in kept if f is not kept[most])]
+
+
+def _alone(kept: Sequence[Fit], instead: Sequence[Fit]) -> tuple[Fit, ...]:
+    """Return the only name and what stands in its place; nothing where there are several names."""
+    return (kept[0], instead[0]) if len(kept) == 1 else ()
 
 
 def told(kept: Sequence[Fit], rivals: Mapping[str, Sequence[str]]) -> tuple[str, ...]:

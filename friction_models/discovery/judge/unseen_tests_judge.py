@@ -17,7 +17,7 @@ from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
 from .error_budget import BELIEVED, ErrorShares, fall, helps
 from .identifiability import RESOLUTION
-from .rivals import Further, Rivals, told
+from .rivals import APART, Further, Rivals, told
 from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
 from .verdict import LEVEL
 
@@ -57,11 +57,14 @@ class UnseenTestsJudge:
         self.beside = BesideReference(campaign, unseen, found)
         self.rivals = Rivals(campaign, found, self.straight, further)
 
-    def __call__(self, verdict: str, chosen: list[Fit], named: str, bent: bool) -> Confirmation:
+    def __call__(
+        self, verdict: str, chosen: list[Fit], named: str, bent: bool, alike: Sequence[str] = ()
+    ) -> Confirmation:
         """Return a verdict whose names lower the error on unseen tests.
 
         `verdict` is that of the scan, and `chosen` what it names, or would name if no structure were left; `named` is the
-        verdict in that case. The first name is `bent` where what is missing has another form.
+        verdict in that case. The first name is `bent` where what is missing has another form. The scan cannot tell what is `alike`
+        from the first of them.
         """
         if not self.unseen.possible:
             return Confirmation(verdict, chosen if verdict in NAMED else [])
@@ -86,22 +89,33 @@ class UnseenTestsJudge:
         kept = self._grown(self._that_help(chosen, 1), len(chosen)) if verdict in NAMED else []
         if (instead := self._best_led(kept)) is not kept:
             kept = self._grown(instead, len(instead))
+        if (needed := self._needed(kept)) is not kept:
+            # where no less than all of them explain, their sum is a curve of unknown form
+            kept, verdict = needed, verdict if self._explain(needed) else "unknown_structure"
         shares = self.beside.shares(kept, alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
+        behind = self.rivals.behind(kept, alike)
         kept = self.rivals.largest_first(kept)
         rivals = told(kept, beside)
         if verdict in ("explained", "partly_explained") and rivals:
             verdict = "ambiguous"
+        elif (
+            verdict == "ambiguous"
+            and not rivals
+            and behind
+            and {*alike} <= {*behind, *(f.name for f in kept)}
+        ):
+            verdict = "data_problem" if all(f.effect.kind == "fault" for f in kept) else "explained"
         where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
         if repeats is not None and repeats.lacks_fit:
             low, high = repeats.interval
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
             verdict = _beyond_repeats(verdict, shares)
-        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, repeats)
+        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, tuple(behind), repeats)
 
     def _explain(self, kept: list[Fit]) -> bool:
         """Return whether unseen tests are predicted about as well as they can be."""
@@ -109,7 +123,7 @@ class UnseenTestsJudge:
 
     def _several(self, first: Fit) -> list[Fit]:
         """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
-        grown = self._grown([first], 2)
+        grown = self._needed(self._grown([first], 2))
         if len(grown) > 1 and self._explain(grown):
             return grown
         # effects with memory take long to fit, and hold simpler ones
@@ -117,7 +131,7 @@ class UnseenTestsJudge:
         best = max(plain, key=lambda f: f.gain, default=first)
         if best.name == first.name or not self._helps([], best):
             return []
-        grown = self._grown([best], 2, most=2)
+        grown = self._needed(self._grown([best], 2, most=2))
         return grown if len(grown) > 1 and self._explain(grown) else []
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
@@ -169,6 +183,20 @@ class UnseenTestsJudge:
             if best is None or not self._confirmed(kept, best):
                 break
             kept = self._exchanged([*kept, best])
+        return kept
+
+    def _needed(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects that unseen tests miss when each is left out and the others are refitted; the least missed goes first.
+
+        Several formulas may bend after a law that none of them describes: then their sum predicts, and one alone says little.
+        """
+        while len(kept) > 1:
+            after = self.unseen.errors(effects_of(kept))
+            without = [[g for g in kept if g is not f] for f in kept]
+            missed = [_certainty(self.unseen.errors(effects_of(fits)), after) for fits in without]
+            if min(missed) >= APART:
+                break
+            kept = without[int(np.argmin(missed))]
         return kept
 
     def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
@@ -229,8 +257,12 @@ class UnseenTestsJudge:
     def _certain(self, kept: Sequence[Fit]) -> float:
         if not kept:
             return 0.0
-        before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept))
-        return max(fall(before, after)[1], fall(before, after, "within")[1])
+        return _certainty(*(self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept)))
+
+
+def _certainty(before: ErrorsByTest, after: ErrorsByTest) -> float:
+    """Return by how many standard errors an error falls, in all or along the tests."""
+    return max(fall(before, after)[1], fall(before, after, "within")[1])
 
 
 def _alone(shares: ErrorShares) -> bool:
