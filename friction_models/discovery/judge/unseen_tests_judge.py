@@ -102,12 +102,7 @@ class UnseenTestsJudge:
         rivals = told(kept, beside)
         if verdict in ("explained", "partly_explained") and rivals:
             verdict = "ambiguous"
-        elif (
-            verdict == "ambiguous"
-            and not rivals
-            and behind
-            and {*alike} <= {*behind, *(f.name for f in kept)}
-        ):
+        elif verdict == "ambiguous" and behind and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if all(f.effect.kind == "fault" for f in kept) else "explained"
         where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
@@ -263,6 +258,11 @@ class UnseenTestsJudge:
 def _certainty(before: ErrorsByTest, after: ErrorsByTest) -> float:
     """Return by how many standard errors an error falls, in all or along the tests."""
     return max(fall(before, after)[1], fall(before, after, "within")[1])
+
+
+def _told_apart(kept: Sequence[Fit], alike: Sequence[str], behind: Sequence[str]) -> bool:
+    """Return whether unseen tests left behind all that the scan could not tell from what is named."""
+    return {*alike} <= {*behind, *(f.name for f in kept)}
 
 
 def _alone(shares: ErrorShares) -> bool:
