@@ -136,7 +136,7 @@ def meanings(effect: Effect) -> EffectDescription:
 
 
 def where_text(entry: StructurePlace) -> str:
-    """Return a place where structure is left as text: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 %)``."""
+    """Return a place where structure is left as text: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 % of what is left)``."""
     units = {q.name: f" {q.unit}" if q.unit != "1" else "" for q in LOADS}
     places = ", ".join(
         f"{name} {entry['region'][name][0]:.3g} to {entry['region'][name][1]:.3g}{units.get(name, '')}"
@@ -144,7 +144,7 @@ def where_text(entry: StructurePlace) -> str:
         else name
         for name in dict.fromkeys([*entry["region"], *entry["variables"]])
     )
-    return f"{places}: {entry['shape']} ({100 * entry['share']:.0f} % of it)"
+    return f"{places}: {entry['shape']} ({100 * entry['share']:.0f} % of what is left)"
 
 
 def structure_pair(found: Findings) -> tuple[str, str] | None:

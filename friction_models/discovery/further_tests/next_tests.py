@@ -118,7 +118,8 @@ def _for_question(
     if ZERO in named and not _zero_is_known(campaign, found):
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
     telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
-    return telling, _remarks(campaign, found, rivals, known.place, [o for _, o in single])
+    proposed = [o for _, o in single] + ([] if several is None else [several[1]])
+    return telling, _remarks(campaign, found, rivals, known.place, proposed)
 
 
 def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:

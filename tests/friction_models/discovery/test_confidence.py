@@ -15,6 +15,7 @@ from friction_models.discovery.judge.confidence import (
     LIMITS,
     MOST_IN_ANOTHER_FORM,
     MOST_PARTLY,
+    MOST_WHERE_ONE_STANDS_OUT,
     WEIGHTS,
     confidence,
 )
@@ -59,6 +60,12 @@ def test_what_is_predicted_better_than_by_its_formula_is_not_sure() -> None:
     assert nothing[0] == nothing[1]
 
 
+def test_nothing_is_missing_is_not_sure_where_an_effect_stands_out() -> None:
+    grounds = dict.fromkeys({n for _, w in WEIGHTS.values() for n in w}, 0.0) | {"log_tests": 5.0}
+    assert confidence("nothing_missing", grounds | {"seen": 1.2}) > 0.9
+    assert confidence("nothing_missing", grounds | {"seen": 1.4}) == MOST_WHERE_ONE_STANDS_OUT
+
+
 def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Answers that are right with a chance known here, by another formula: the confidence must come out as that chance."""
     rng = np.random.default_rng(3)
@@ -83,6 +90,7 @@ def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPat
             known.append(bool(good))
     assert list(map(right, rows)) == known
     monkeypatch.setattr(module, "WEIGHTS", fitted(rows))
+    monkeypatch.setattr(module, "MOST_WHERE_ONE_STANDS_OUT", 1.0)  # a limit beside what is fitted
     for verdict in ("explained", "nothing_missing"):
         said = np.array([confidence(verdict, r["grounds"]) for r in rows if r["verdict"] == verdict])
         was = np.array([k for r, k in zip(rows, known, strict=True) if r["verdict"] == verdict])
