@@ -27,6 +27,8 @@ MOST_PARTLY = 0.75
 #: Where the reference predicts better, however little, the form is another one, and perhaps the effect: of 41 such answers to the
 #: campaigns of three authors 34 were right.
 MOST_IN_ANOTHER_FORM = 0.85
+#: An offset of the force beside other names, or one too large for a cell, may be an effect of pressure until the cell is read without load.
+MOST_UNREAD = 0.75
 #: Of points outside the domain of a model, and of spikes: these are counted, not judged.
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.
