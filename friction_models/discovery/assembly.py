@@ -15,6 +15,7 @@ from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
+from ..estimation.search.zero_reading import ZERO, credible, zero_is_known
 from ..loads import LOAD_NAMES, FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
@@ -24,7 +25,7 @@ from .answer.summaries import averages, base_residual, binned_bias, unrecorded_f
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
 from .further_tests.next_tests import Question, propose
-from .judge.confidence import LIMITS, confidence, grounds
+from .judge.confidence import LIMITS, MOST_UNREAD, confidence, grounds
 from .judge.confirmation import EXPLAINED, NAMED, Confirmation
 from .judge.identifiability import limits, one_load
 from .judge.level_offset import LevelOffset, level_of
@@ -80,7 +81,17 @@ def _confidence(
         judged.knows_noise,
         verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in judged.chosen),
     ]
+    if _beside_unread_zero(campaign, judged) or not all(
+        credible(campaign, found.floor.sensor, f) for f in judged.chosen
+    ):
+        sure = min(sure, MOST_UNREAD)
     return min(sure, EITHER) if any(unsure) else sure
+
+
+def _beside_unread_zero(campaign: BinnedTests, judged: Judged) -> bool:
+    """Return whether an offset of the force is named beside other effects, and no reading without load says that it is there."""
+    named = [f.name for f in judged.chosen]
+    return ZERO in named and len(named) > 1 and not zero_is_known(campaign, judged.found.floor.sensor)
 
 
 def _level_matters(budget: ErrorBudget) -> bool:
@@ -135,7 +146,8 @@ def assemble(
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     warnings += [*_about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
-    proposals, inseparable = propose(campaign, _questions(judged, confusion), mu, base, doubt)
+    unread = _beside_unread_zero(campaign, judged)
+    proposals, inseparable = propose(campaign, _questions(judged, confusion, unread), mu, base, doubt, unread)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     close = None
@@ -143,7 +155,9 @@ def assemble(
         close = float(np.sqrt(judged.confirmed.shares.base)) / float(np.mean(np.abs(campaign.mu)))
     return Diagnosis(
         verdict=verdict,
-        sentence=sentence(verdict, base, evidence, chosen, confusion, sure, campaign, where, factor, close),
+        sentence=sentence(
+            verdict, base, evidence, chosen, confusion, sure, campaign, where, factor, close, unread
+        ),
         effects=names,
         confidence=round(float(sure), 3),
         grounds=rests_on,
@@ -214,20 +228,24 @@ def _about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
     ]
 
 
-def _questions(judged: Judged, confusion: list[str]) -> list[Question]:
-    """Return what further tests are to tell apart: alternatives only, each name from its own rivals, beside the other names."""
+def _questions(judged: Judged, confusion: list[str], unread: bool = False) -> list[Question]:
+    """Return what further tests are to tell apart: alternatives only, each name from its own rivals, beside the other names.
+
+    An offset of the force that is `unread` has rivals in the effects of pressure.
+    """
     chosen = judged.chosen
     if len(chosen) < 2 or judged.beside is None:
         return [Question(judged.found, _to_separate(judged, confusion))]
     groups = alternatives([f.name for f in chosen], confusion)
     found = []
-    for group in [g for g in groups if len(g) > 1] or groups[:1]:
+    for group in [g for g in groups if len(g) > 1 or (unread and g[0] == ZERO)] or groups[:1]:
         given = [f for f in chosen if f.name != group[0]]
         elsewhere = {n for g in groups if g is not group for n in g}
         beside = judged.beside(given)
         beside = replace(beside, ranking=[f for f in beside.ranking if f.name not in elsewhere])
         rivals = [f for n in group for f in beside.ranking if f.name == n]
-        others = [f for f in beside.ranking if f.name not in group and f.gain > 0.0]
+        asked = unread and group[0] == ZERO  # also where nothing else explains anything
+        others = [f for f in beside.ranking if f.name not in group and (asked or f.gain > 0.0)]
         found.append(Question(beside, rivals if len(rivals) > 1 else [*rivals, *others[:1]], given))
     return found
 

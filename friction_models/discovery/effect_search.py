@@ -18,7 +18,7 @@ from ..estimation.search.search_round import SearchRound, search
 from ..estimation.search.significance import stays_first
 from ..estimation.search.structure import Misfit, find_structure, own_misfit
 from ..estimation.search.unseen_loads import AS_GOOD, constant
-from ..estimation.search.zero_reading import judge_zero
+from ..estimation.search.zero_reading import credible, judge_zero
 from .judge.unseen_tests_judge import MOST_NAMED
 from .judge.verdict import LEVEL, SECOND_LEVEL, Evidence
 
@@ -114,9 +114,13 @@ class EffectSearch:
     def _further(self, known: Sequence[Fit], share: float, level: float) -> list[Fit]:
         """Return effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
 
-        Each carries at least `share` of the squared contribution of all, and is significant at `level`.
+        Each carries at least `share` of the squared contribution of all, and is significant at `level`. No offset of the force
+        that is too large for one stands beside another name.
         """
         campaign, base, found = self.campaign, self.base, self.found
+        sensor = found.floor.sensor
+        if not all(credible(campaign, sensor, f) for f in known):
+            return []
         first = tuple(dict.fromkeys(f.effect.driver[0] for f in known))
         names = {f.name for f in known}
         others = [
@@ -136,7 +140,7 @@ class EffectSearch:
                 continue
             own = weighted_rms(again.change(more), campaign.count) ** 2
             large = own > share * (size + own) and self._share(again, more) > LEAST_SHARE
-            if large and again.p_value(more) < level:
+            if large and again.p_value(more) < level and credible(campaign, sensor, more):
                 kept.append(more)
         return kept
 

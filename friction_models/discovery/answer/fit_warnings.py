@@ -6,6 +6,10 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.fit.parameters import FittedTerms
+from ...estimation.search.zero_reading import share_of_mu
+
+#: A fault of the data that makes more than this share of the measured mu of a test is worth a look at the rig.
+LARGE_FAULT = 0.1
 
 
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
@@ -27,6 +31,12 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for term in fitted.terms
         if (largest := float(np.max(np.abs(term.binned)))) > highest
     ]
+    faults = [
+        f"{term.name} makes up to {np.max(np.abs(term.binned)):.2g} of mu, and {100 * share:.0f} % of what one test measured: `refine` takes it off "
+        "the measurements, so if it is no fault the law gets worse by that; check it on the rig first"
+        for term in fitted.terms
+        if term.effect.kind == "fault" and (share := share_of_mu(campaign, term.binned)) > LARGE_FAULT
+    ]
     unsized = [
         f"{term.name}: the interval of {a.name} ({low:.2g} to {high:.2g}) holds both signs: that the effect is there is known, its size is not"
         for term in fitted.terms
@@ -35,4 +45,4 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    return at_bounds + tied + opposed + unsized
+    return at_bounds + tied + opposed + faults + unsized

@@ -112,11 +112,13 @@ def sentence(
     where: Sequence[StructurePlace] = (),
     factor: TestGroups | None = None,
     close: float | None = None,
+    unread: bool = False,
 ) -> str:
     """Return the verdict as a user reads it.
 
     `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests,
-    `close` the error on unseen tests as a share of mu where it is below what can be measured.
+    `close` the error on unseen tests as a share of mu where it is below what can be measured. An offset of the force is named
+    beside other effects and is `unread` without load.
     """
     model = f"the {base.name} model"
     sure = f"(confidence {confidence:.2f}"
@@ -126,6 +128,8 @@ def sentence(
     effects = [f.effect for f in chosen]
     labels = " and ".join(e.label for e in effects)
     what = "; ".join(e.sentence for e in effects)
+    if unread:
+        what += "; only a reading without load tells the offset of the force from an effect of pressure"
     p = evidence.p_value
     if verdict == "explained":
         verb = "is" if len(effects) == 1 else "are"

@@ -22,7 +22,7 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.significance import SAME
 from ...estimation.search.unseen_loads import driven_by_load
-from ...estimation.search.zero_reading import DECIDES, ZERO, expected, read_zero
+from ...estimation.search.zero_reading import ZERO, expected, zero_is_known
 from ...loads import LOAD_NAMES, FloatArray
 from .hypotheses import ORDER, Hypotheses
 from .information import Outcomes
@@ -43,6 +43,8 @@ SEVERAL = 3
 MOST_REPEATS, ENDLESS = 12, 1000
 #: A proposal with fewer bits, or that tells its pair apart by fewer standard errors, is not made.
 LEAST_BITS, USELESS = 0.01, 0.5
+#: Protocol of a reading of the cell without load.
+READ = "zero reading"
 #: Most proposals.
 SHOWN = 5
 
@@ -75,12 +77,18 @@ class Question:
 
 
 def propose(
-    campaign: BinnedTests, questions: Sequence[Question], mu: FloatArray, base: BaseLaw, doubt: float
+    campaign: BinnedTests,
+    questions: Sequence[Question],
+    mu: FloatArray,
+    base: BaseLaw,
+    doubt: float,
+    read_first: bool = False,
 ) -> tuple[list[NextTest], list[str]]:
     """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 
     `mu`, shape (n,), is the friction of the base, for effects that need one; `doubt` is the probability that none of the
-    catalogue is the answer. For each question the best settings of each protocol are proposed. There is a remark for each rival
+    catalogue is the answer. For each question the best settings of each protocol are proposed. A reading without load is
+    among them wherever it tells; it leads if it is to be `read_first`. There is a remark for each rival
     that no proposal separates, and on what to do where loads cannot tell.
     """
     tests = possible_tests(campaign)
@@ -88,6 +96,10 @@ def propose(
     entries = sorted(
         (e for found, _ in answers for e in found), key=lambda e: -e["entropy_reduction"] / e["tests"]
     )
+    readings = [e for e in entries if e["protocol"] == READ][:1]
+    if readings and (read_first or readings[0] not in entries[:SHOWN]):
+        others = [e for e in entries if e["protocol"] != READ]
+        entries = [*readings, *others] if read_first else [*others[: SHOWN - 1], *readings]
     return entries[:SHOWN], [remark for _, remarks in answers for remark in remarks]
 
 
@@ -115,7 +127,7 @@ def _for_question(
     several = _several(known, single)
     if several is not None:
         entries.append(_entry(known, named, *several))
-    if ZERO in named and not _zero_is_known(campaign, found):
+    if ZERO in named and not zero_is_known(campaign, found.floor.sensor):
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
     telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
     proposed = [o for _, o in single] + ([] if several is None else [several[1]])
@@ -206,12 +218,6 @@ def _repeats(known: Hypotheses, tests: list[PlannedTest], pair: tuple[int, int],
     return None
 
 
-def _zero_is_known(campaign: BinnedTests, found: SearchRound) -> bool:
-    """Return whether readings without load have decided that there is an offset."""
-    reading = read_zero(campaign, found.floor.sensor)
-    return reading is not None and reading.present > DECIDES
-
-
 def _zero_reading(
     campaign: BinnedTests, found: SearchRound, fits: list[Fit], prior: FloatArray, tests: list[PlannedTest]
 ) -> NextTest:
@@ -227,7 +233,7 @@ def _zero_reading(
     usual = next(test for test in tests if test.protocol == "constant")
     row: PlanRow = {**usual.row, "protocol": "zero_reading", "zero_reading": READING}
     return {
-        "protocol": "zero reading",
+        "protocol": READ,
         "setpoints": {"sigma_n [MPa]": 0.0, "duration [s]": READING},
         "separates": [ZERO, names[other]],
         "expected_t": round(outcomes.separation(place, other), 2),

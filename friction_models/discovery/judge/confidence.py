@@ -30,6 +30,8 @@ MOST_IN_ANOTHER_FORM = 0.85
 #: Nothing is named although an effect stands out among all of the catalogue (p below 5 %), too weak to help on unseen tests: of
 #: ten such answers to the campaigns of two authors about half were right.
 MOST_WHERE_ONE_STANDS_OUT = 0.75
+#: An offset of the force beside other names, or one too large for a cell, may be an effect of pressure until the cell is read without load.
+MOST_UNREAD = 0.75
 #: Of points outside the domain of a model, and of spikes: these are counted, not judged.
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.

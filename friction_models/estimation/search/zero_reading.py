@@ -25,6 +25,9 @@ ZERO = "force_zero"
 BEFORE, AFTER, AREA = "F_r_zero", "F_r_zero_end", "contact_area"
 #: Standard errors by which a reading decides.
 DECIDES = 3.0
+#: Largest share of the measured mu of a test that an unread zero error makes. A cell is off by 1 or 2 % of full scale, which is
+#: 10 to 20 % of the smallest of forces that span a decade; more would show in every unloaded record.
+CREDIBLE = 0.25
 #: Independent readings of a force cell in one second without load, and seconds that a reading lasts at least.
 READINGS, LEAST_READING = 20.0, 1.0
 
@@ -96,6 +99,28 @@ def read_zero(campaign: BinnedTests, sensor: float) -> ZeroReading | None:
     std = float(np.hypot(std, cell_noise(sensor, campaign.loads.sigma_n, LEAST_READING)))
     spread = float(np.hypot(FORM_ERROR, np.std(known) / typical))
     return ZeroReading(min(kept, reading), max(kept, reading), max(std, 1e-12), spread, typical)
+
+
+def zero_is_known(campaign: BinnedTests, sensor: float) -> bool:
+    """Return whether readings without load have decided that there is an offset; `sensor` as in `read_zero`."""
+    reading = read_zero(campaign, sensor)
+    return reading is not None and reading.present > DECIDES
+
+
+def share_of_mu(campaign: BinnedTests, binned: FloatArray) -> float:
+    """Return the largest share that a contribution in the bins, shape (m,), has in the measured mu of a test."""
+    measured = np.abs(campaign.of_tests(campaign.average(campaign.mu)))
+    return float(np.max(np.abs(campaign.of_tests(binned)) / np.maximum(measured, 1e-12)))
+
+
+def credible(campaign: BinnedTests, sensor: float, fit: Fit) -> bool:
+    """Return whether a fit may stand beside other names: an offset that was not read is small against what is measured.
+
+    A larger one is structure along the pressure. `sensor` is the noise of mu from sample to sample.
+    """
+    if fit.name != ZERO or share_of_mu(campaign, fit.binned) <= CREDIBLE:
+        return True
+    return zero_is_known(campaign, sensor)
 
 
 def expected(campaign: BinnedTests, sensor: float, fault: Fit, seconds: float) -> float:

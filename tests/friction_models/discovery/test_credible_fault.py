@@ -1,0 +1,51 @@
+"""An offset of the force stands beside physics only where it is small against what was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from friction_models.discovery import Diagnosis, diagnose
+
+CATALOGUE = ("thermal_softening", "pressure_saturation", "force_zero", "stribeck")
+#: Lowest pressure of the tests, MPa.
+LEAST = 150.0
+
+
+def _tests(rng: np.random.Generator) -> pd.DataFrame:
+    """Return loads of 40 tests of 20 mm, with pressures over a decade."""
+    frames = []
+    sd = np.linspace(0.1, 20.0, 24)
+    for k in range(40):
+        v = np.exp(rng.uniform(np.log(5.0), np.log(300.0)))
+        sigma_n = LEAST * 10.0 ** rng.uniform(0.0, 1.0) * (1.0 + 0.003 * sd)
+        T = rng.uniform(20.0, 250.0) + 2.0 * np.sqrt(sd)
+        loads = {"t": sd / v, "v_rel": v, "T": T, "sigma_n": sigma_n, "sd": sd, "psi": 1.0}
+        frames.append(pd.DataFrame({"test_id": f"t{k}", **loads}))
+    return pd.concat(frames, ignore_index=True)
+
+
+def _diagnosed(along_pressure: str) -> Diagnosis:
+    """Diagnose friction that falls with the temperature, and depends on the pressure as well."""
+    rng = np.random.default_rng(4)
+    data = _tests(rng)
+    level = dict(zip(data["test_id"].unique(), rng.normal(0.0, 0.002, 40), strict=True))
+    mu = 0.09 + 0.09 / (1.0 + (data["T"] / 70.0) ** 2) + data["test_id"].map(level)
+    if along_pressure == "arch":
+        mu = mu - 0.1 * (np.log10(data["sigma_n"] / LEAST) - 0.6) ** 2
+    else:
+        mu = mu - 0.02 * LEAST / data["sigma_n"]
+    return diagnose(data.assign(mu=mu + rng.normal(0.0, 0.001, len(data))), catalogue=CATALOGUE)
+
+
+def test_an_offset_too_large_for_a_cell_is_an_effect_of_pressure() -> None:
+    found = _diagnosed("arch")
+    assert found.effects == ["pressure_saturation", "thermal_softening"], found.sentence
+
+
+def test_an_offset_beside_physics_is_to_be_read_first() -> None:
+    found = _diagnosed("offset")
+    assert found.effects == ["thermal_softening", "force_zero"] and found.confidence <= 0.75
+    assert "only a reading without load" in found.sentence
+    assert found.next_tests[0]["protocol"] == "zero reading"
+    assert any(w.startswith("force_zero makes up to 0.02 of mu, and 2") for w in found.warnings)
