@@ -39,6 +39,8 @@ MOST_NAMED = 4
 TRIED = 3
 #: Standard errors by which a further effect must lower the error.
 CERTAIN = 2.0
+#: Effects from which a sum is grown before structure is called unknown.
+LEADS = 3
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
@@ -96,6 +98,9 @@ class UnseenTestsJudge:
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
+        if verdict == "unknown_structure" and (together := self._together()):
+            kept, shares = together, self.beside.shares(together)
+            verdict = self._verdict(named, kept, shares)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
         behind = self.rivals.behind(kept, alike)
         kept = self.rivals.largest_first(kept)
@@ -128,6 +133,43 @@ class UnseenTestsJudge:
             return []
         grown = self._needed(self._grown([best], 2, most=2))
         return grown if len(grown) > 1 and self._explain(grown) else []
+
+    def _together(self) -> list[Fit]:
+        """Return effects of different loads that explain together, each missed where it is left out, if there are some.
+
+        What others leave between tests hides each of them: none lowers the error for certain before all are there.
+        """
+        leads: dict[str, Fit] = {}
+        for fit in self.found.ranking[: 2 * RIVALS]:
+            if fit.effect.kind != "fault" and not fit.effect.needs_state:
+                leads.setdefault(fit.effect.driver[0], fit)
+        sums: dict[frozenset[str], list[Fit]] = {}
+        for lead in [*leads.values()][:LEADS]:
+            fits = self._sum(lead)
+            sums.setdefault(frozenset(f.name for f in fits), fits)
+        fits = min(sums.values(), key=lambda fits: self.straight.errors(fits).rms, default=[])
+        alone = self.beside.shares([])
+        # refits take long: with the shapes of the search, which saw all tests, what explains leaves as little
+        if len(fits) < 2 or self.straight.errors(fits).rms ** 2 - alone.best > EXPLAINED * alone.missing:
+            return []
+        needed = self._needed(fits) if self._explain(fits) else []
+        return needed if len(needed) > 1 and self._explain(needed) else []
+
+    def _sum(self, lead: Fit) -> list[Fit]:
+        """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""
+        fits = [lead]
+        while len(fits) < MOST_NAMED:
+            loads = {d for f in fits for d in f.effect.driver}
+            other = [
+                f
+                for f in self.further(fits)
+                if f.effect.kind != "fault" and loads.isdisjoint(f.effect.driver)
+            ]
+            best = min(other, key=lambda f: self.straight.errors([*fits, f]).rms, default=None)
+            if best is None or not helps(self.straight.errors(fits), self.straight.errors([*fits, best])):
+                break
+            fits.append(best)
+        return fits
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
