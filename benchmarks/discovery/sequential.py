@@ -30,6 +30,8 @@ EFFECTS = (
     "thermal_softening",
 )
 PLANS = ("few", "tied", "diagonal")
+#: Copies of a plan, and the range of strengths: tests tell the more of an effect the more they are.
+SIZES = {1: (0.8, 2.0), 3: (0.4, 1.0)}
 #: Not seen while the rules were made.
 FIRST_SEED = 970_000
 #: Most tests that are added; where they did not settle it, so many count.
@@ -44,13 +46,14 @@ class Start:
 
     hidden: str
     plan: str
+    copies: int
     forms: str
     seed: int
 
     @property
     def key(self) -> str:
         """Name of its file."""
-        return f"{self.plan}-{self.hidden}-{self.forms}-{self.seed}"
+        return f"{self.plan}-{self.copies}-{self.hidden}-{self.forms}-{self.seed}"
 
 
 class Round(TypedDict):
@@ -86,6 +89,7 @@ class Outcome(TypedDict):
 
     hidden: str
     plan: str
+    copies: int
     forms: str
     seed: int
     noise: float
@@ -114,10 +118,11 @@ def levels(plan: str) -> tuple[list[PlanRow], list[PlanRow]]:
 
 
 def starts(seeds: int) -> list[Start]:
-    """Return the campaigns of so many seeds for each effect and plan; sets of forms take turns."""
+    """Return the campaigns of so many seeds for each effect, plan and number of its copies; sets of forms take turns."""
     names = list(SETS)
     return [
-        Start(hidden, plan, names[(k + s) % len(names)], FIRST_SEED + 100 * s + k)
+        Start(hidden, plan, copies, names[(k + s) % len(names)], FIRST_SEED + 100 * s + k)
+        for copies in SIZES
         for s in range(seeds)
         for k, (plan, hidden) in enumerate(product(PLANS, EFFECTS))
     ]
@@ -126,8 +131,9 @@ def starts(seeds: int) -> list[Start]:
 def one(start: Start) -> Outcome:
     """Return how many tests each way takes; nothing where the first answer is right, or names nothing."""
     rows, points = levels(start.plan)
+    rows = rows * start.copies
     rng = np.random.default_rng([start.seed, 3])
-    noise, strength = float(rng.choice([0.8, 1.4])), float(rng.uniform(0.8, 2.0))
+    noise, strength = float(rng.choice([0.8, 1.4])), float(rng.uniform(*SIZES[start.copies]))
 
     def laboratory() -> tuple[MadeLaboratory, tuple[pd.DataFrame, pd.DataFrame], Diagnosis]:
         lab = MadeLaboratory(start.hidden, start.forms, start.seed, rows, noise, strength)
@@ -136,7 +142,7 @@ def one(start: Start) -> Outcome:
 
     lab, data, first = laboratory()
     result: Outcome = {
-        "hidden": start.hidden, "plan": start.plan, "forms": start.forms, "seed": start.seed,
+        "hidden": start.hidden, "plan": start.plan, "copies": start.copies, "forms": start.forms, "seed": start.seed,
         "noise": noise, "strength": strength, "before": first.verdict, "set_before": first.confusion_set,
     }  # fmt: skip
     if not first.confusion_set or settled(first, start.hidden):
@@ -240,7 +246,7 @@ def summary(results: Sequence[Outcome]) -> Section:
     run = [r for r in results if "proposed" in r]
     table = Table(
         [
-            "plan",
+            "plan, copies",
             "campaigns",
             "proposed: settled",
             "tests, mean",
@@ -249,7 +255,12 @@ def summary(results: Sequence[Outcome]) -> Section:
             "share of tests",
         ]
     )
-    for name, own in [(p, [r for r in run if r["plan"] == p]) for p in PLANS] + [("all", run)]:
+    plans = [
+        (f"{plan}, {copies}", [r for r in run if (r["plan"], r["copies"]) == (plan, copies)])
+        for copies, plan in product(SIZES, PLANS)
+    ]
+    sizes = [(f"all, {copies}", [r for r in run if r["copies"] == copies]) for copies in SIZES]
+    for name, own in [*plans, *sizes, ("all", run)]:
         if own:
             table.rows.append(
                 (name, len(own), *_way(own, "proposed"), *_way(own, "random"), f"{_share(own):.2f}")
@@ -265,14 +276,16 @@ def summary(results: Sequence[Outcome]) -> Section:
         ratios = [ratio for protocol, ratio in rounds if kind in (protocol, "all")]
         low, middle, high = np.quantile(ratios, [0.25, 0.5, 0.75])
         promised.rows.append((kind, len(ratios), f"{middle:.2f}", f"{low:.2f} to {high:.2f}"))
-    each = Table(["hidden", "plan", "set before", "proposed", "set after", "random", "set after"])
+    each = Table(["hidden", "plan, copies", "set before", "proposed", "set after", "random", "set after"])
     for r in run:
         ways = [(_tests(r[w]), ", ".join(r[w]["set"])) for w in ("proposed", "random")]
-        each.rows.append((r["hidden"], r["plan"], ", ".join(r["set_before"]), *ways[0], *ways[1]))
+        each.rows.append(
+            (r["hidden"], f"{r['plan']}, {r['copies']}", ", ".join(r["set_before"]), *ways[0], *ways[1])
+        )
     return section(
         "Tests that settle it",
-        f"{len(results)} small made-up campaigns of 8 or 9 tests with a hidden effect, in three sets of forms outside the catalogue; "
-        f"{len(run)} of them end in several names or a wrong one. From there, tests are added one by one and all is diagnosed again, until the "
+        f"{len(results)} made-up campaigns of 8 or 9 tests, and of three times as many with an effect half as strong, in three sets of "
+        f"forms outside the catalogue; {len(run)} of them end in several names or a wrong one. From there, tests are added one by one and all is diagnosed again, until the "
         f"right name is left alone: the first proposal each time, or points of the plan's levels at random (crossed, also where the "
         f"plan ties speed to temperature). At most {MOST} tests; so many count where they settle nothing. Expected and observed t: root of "
         "the growth of the truth's lead in evidence over the rival that the proposal names. Synthetic.",

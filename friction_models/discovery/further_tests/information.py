@@ -84,20 +84,20 @@ class Outcomes:
         return max(float(entropy(prior[None])[0]) - expected, 0.0)
 
     def separation(self, first: int, second: int) -> float:
-        """Return by how many standard errors the true one of two hypotheses should lead after the test, whichever it is.
+        """Return by how many standard errors the true one of two hypotheses should lead after the test.
 
-        The root of the lead that twice the logarithm of the likelihood shows: the median over the outcomes, and the smaller one of
-        the two that may be true, so that not too much is promised.
+        The root of the lead that twice the logarithm of the likelihood shows: the median over the outcomes, whichever of the two
+        is true, by their probabilities.
         """
-        return min(self._leads(first, second), self._leads(second, first))
-
-    def _leads(self, truth: int, rival: int) -> float:
-        """Return the same where it is known which one is true."""
         source, weight, density = self._drawn
-        own = self.owner[source] == truth
-        lead = 2.0 * (density[own, truth] - density[own, rival])
+        leads, weights = [], []
+        for truth, rival in ((first, second), (second, first)):
+            own = self.owner[source] == truth
+            leads.append(2.0 * (density[own, truth] - density[own, rival]))
+            weights.append(weight[own])
+        lead, share = np.concatenate(leads), np.concatenate(weights)
         order = np.argsort(lead)
-        below = np.cumsum(weight[own][order])
+        below = np.cumsum(share[order])
         middle = float(lead[order[min(int(np.searchsorted(below, 0.5 * below[-1])), len(order) - 1)]])
         return min(float(np.sqrt(max(middle, 0.0))), MOST)
 

@@ -25,6 +25,8 @@ WORTH = 0.25
 AS_LIKELY, AGREED = 0.5, 1.0
 #: By so many standard errors, and by enough to matter, unseen tests leave a rival behind, whatever a lead in evidence may owe to formulas.
 BEHIND = 3.0
+#: By so many they do where the leads of single tests agree by as many: two views of the same data that can be wrong in other ways.
+BEHIND_IN_BOTH = 2.0
 
 #: Searches for further effects beside those given; the best first.
 Further = Callable[[Sequence[Fit]], list[Fit]]
@@ -85,8 +87,15 @@ class Rivals:
         """Return whether unseen tests prefer some effects to others clearly, and by enough to matter."""
         own, other = self.straight.errors(kept), self.straight.errors(instead)
         gain, certain = fall(other, own)
-        clear = certain > BEHIND and gain > LEAST_SHARE * own.rms**2
-        return clear and self._apart(kept, instead, [], *_alone(kept, instead))
+        if certain <= BEHIND_IN_BOTH or gain <= LEAST_SHARE * own.rms**2:
+            return False
+        if certain <= BEHIND and self._agreed(kept, instead) <= BEHIND_IN_BOTH:
+            return False
+        return self._apart(kept, instead, [], *_alone(kept, instead))
+
+    def _agreed(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> float:
+        """Return by how many standard errors the leads of single tests prefer some effects to others."""
+        return rivalry(self.campaign, self.found, kept, instead).certainty
 
     def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
         """Return whether the tests prefer some effects to others that differ in the first.
@@ -95,8 +104,7 @@ class Rivals:
         """
         if self.campaign.averaged and not self._apart(kept, instead, [], *_alone(kept, instead)):
             return False
-        agreed = rivalry(self.campaign, self.found, kept, instead).certainty >= AGREED
-        return agreed or self._behind(kept, instead)
+        return self._agreed(kept, instead) >= AGREED or self._behind(kept, instead)
 
     def _apart(self, kept: Sequence[Fit], instead: Sequence[Fit], beside: Sequence[Fit], *forms: Fit) -> bool:
         """Return whether unseen tests prefer some effects to others; of averages also where they had no part in the choice of shapes.

@@ -310,7 +310,7 @@ def test_no_proposal_sets_a_load_that_the_data_lack() -> None:
             assert not columns & set(test.row) and not any(k.startswith(lacking) for k in test.setpoints)
 
 
-def falling_and_running_in(seed: int, along: float = 0.012) -> tuple[pd.DataFrame, pd.DataFrame]:
+def falling_and_running_in(seed: int, along: float = 0.01) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tests whose friction falls with speed, and by `along` in the course of the test."""
     rows = list(product((300.0, 900.0, 2000.0), (5.0, 25.0, 100.0, 400.0), (20.0, 200.0)))
     points, tests = made(rows, "T", seed)
@@ -328,10 +328,14 @@ def test_several_names_are_not_told_from_each_other(catalogue: list[str]) -> Non
     assert not any("stribeck" in w and "separate them" in w for w in found.warnings)
 
 
-def test_what_unseen_tests_leave_far_behind_is_no_rival() -> None:
-    """A lead of less than 2 % in evidence may be a matter of formulas; one of many standard errors on unseen tests is none."""
+@pytest.mark.parametrize("along", [0.04, 0.012])
+def test_what_unseen_tests_leave_far_behind_is_no_rival(along: float) -> None:
+    """A lead of less than 2 % in evidence may be a matter of formulas.
+
+    One of many standard errors on unseen tests is none, nor is one of two where the leads of single tests agree by as many.
+    """
     catalogue = ["stribeck", "running_in", "rate_state"]
-    found = diagnose(*falling_and_running_in(0, along=0.04), catalogue=catalogue)
+    found = diagnose(*falling_and_running_in(0, along=along), catalogue=catalogue)
     assert (found.verdict, set(found.effects)) == ("explained", {"stribeck", "running_in"})
     assert "rate_state" not in found.confusion_set
     weak = diagnose(*falling_and_running_in(0), catalogue=catalogue)
