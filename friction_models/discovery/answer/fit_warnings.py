@@ -5,11 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.fit.parameters import FittedTerms
+from ...estimation.campaign.curves import transformed
+from ...estimation.fit.parameters import FittedTerm, FittedTerms
 from ...estimation.search.zero_reading import share_of_mu
+from ...loads import POINT_UNITS
 
 #: A fault of the data that makes more than this share of the measured mu of a test is worth a look at the rig.
 LARGE_FAULT = 0.1
+#: A gap in a load of this share of its tested range (on the scale of its curve), over which an effect changes by this share of its own,
+#: leaves the course of the effect to its formula.
+GAP, CHANGE = 0.3, 0.4
 
 
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
@@ -45,4 +50,43 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    return at_bounds + tied + opposed + faults + unsized
+    return at_bounds + tied + opposed + faults + unsized + _between(campaign, fitted)
+
+
+def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
+    """Return warnings about loads that were not measured where the formula of an effect alone says how it changes."""
+    return [
+        f"no test measured {name} between {low:.3g} and {high:.3g}{unit}, and {term.name} changes by {change:.2g} in between: how, only its formula "
+        f"says, and prediction of unseen tests at the same levels cannot tell; a test at about {middle:.2g}{unit} would"
+        for term in fitted.terms
+        for name in dict.fromkeys(term.effect.driver)
+        if name in campaign.varied
+        for unit in ["" if POINT_UNITS[name] == "1" else f" {POINT_UNITS[name]}"]
+        for low, middle, high, change in _gaps(campaign, term, name)
+    ]
+
+
+def _gaps(campaign: BinnedTests, term: FittedTerm, name: str) -> list[tuple[float, float, float, float]]:
+    """Return the gaps in a load over which a term changes much: ends and middle in the unit of the load, and the change."""
+    scaled = transformed(campaign, name)
+    order = np.argsort(scaled)
+    scaled, values, part = (
+        scaled[order],
+        campaign.average(getattr(campaign.loads, name))[order],
+        term.binned[order],
+    )
+    reach, whole = scaled[-1] - scaled[0], float(np.ptp(part))
+    found = []
+    for k in np.flatnonzero(np.diff(scaled) > GAP * reach):
+        below = part[: k + 1][scaled[k] - scaled[: k + 1] < GAP * reach]
+        above = part[k + 1 :][scaled[k + 1 :] - scaled[k + 1] < GAP * reach]
+        change = abs(float(np.median(above) - np.median(below)))
+        if change > CHANGE * whole:
+            low, high = float(values[k]), float(values[k + 1])
+            middle = (
+                float(np.interp(0.5, [0.0, 1.0], [low, high]))
+                if name in {"T", "sd"}
+                else float(np.sqrt(low * high))
+            )
+            found.append((low, middle, high, change))
+    return found
