@@ -105,49 +105,45 @@ def conduct(
       surface without flux [K] and per flux, mean flow out of the lower end without flux [N/(mm s)] and per flux.
     """
     n, m = heat.shape
-    own = np.empty((n, m))
-    added = np.empty((n, m))
-    ends = np.zeros((n, 4))
-    lower = np.empty(m)
-    ratio = np.empty(m)
-    pivot = np.empty(m)
+    # A row for each cell: all columns are worked on at once.
+    own, added = heat.T.copy(), np.zeros((m, n))
+    width, lower, ratio, pivot = np.empty((m, n)), np.empty((m, n)), np.empty((m, n)), np.empty((m, n))
+    out, ends = np.zeros(n), np.zeros((n, 4))
     h = dt / steps
-    for i in range(n):
-        a = conductivity[i] / capacity[i]
-        # flow[j] between cell j - 1 and cell j; the last one to the lower end.
-        previous = 0.0
-        for j in range(m):
-            width = depth[i] * (faces[j + 1] - faces[j])
-            lower[j] = previous
+    for j in range(m):
+        for i in range(n):
+            # out[i] between cell j - 1 and cell j; the last one to the lower end.
+            lower[j, i] = out[i]
             half = 0.5 * depth[i] * (faces[min(j + 2, m)] - faces[j])
-            previous = a / half
-            diagonal = width / h + lower[j] + previous
-            pivot[j] = diagonal - (lower[j] * ratio[j - 1] if j > 0 else 0.0)
-            ratio[j] = previous / pivot[j]
-            own[i, j] = heat[i, j]
-            added[i, j] = 0.0
-        out = previous
-        for _ in range(steps):
-            for j in range(m):
-                width = depth[i] * (faces[j + 1] - faces[j]) / h
-                own[i, j] = own[i, j] * width
-                added[i, j] = added[i, j] * width
+            out[i] = conductivity[i] / capacity[i] / half
+            width[j, i] = depth[i] * (faces[j + 1] - faces[j]) / h
+            diagonal = width[j, i] + lower[j, i] + out[i]
+            pivot[j, i] = diagonal - (lower[j, i] * ratio[j - 1, i] if j > 0 else 0.0)
+            ratio[j, i] = out[i] / pivot[j, i]
+    for _ in range(steps):
+        for j in range(m):
+            for i in range(n):
+                own[j, i] *= width[j, i]
+                added[j, i] *= width[j, i]
                 if j == 0:
-                    added[i, j] += 1.0
+                    added[j, i] += 1.0
                 else:
-                    own[i, j] += lower[j] * own[i, j - 1]
-                    added[i, j] += lower[j] * added[i, j - 1]
-                own[i, j] /= pivot[j]
-                added[i, j] /= pivot[j]
-            for j in range(m - 2, -1, -1):
-                own[i, j] += ratio[j] * own[i, j + 1]
-                added[i, j] += ratio[j] * added[i, j + 1]
-            ends[i, 2] += out * own[i, m - 1] / steps
-            ends[i, 3] += out * added[i, m - 1] / steps
+                    own[j, i] += lower[j, i] * own[j - 1, i]
+                    added[j, i] += lower[j, i] * added[j - 1, i]
+                own[j, i] /= pivot[j, i]
+                added[j, i] /= pivot[j, i]
+        for j in range(m - 2, -1, -1):
+            for i in range(n):
+                own[j, i] += ratio[j, i] * own[j + 1, i]
+                added[j, i] += ratio[j, i] * added[j + 1, i]
+        for i in range(n):
+            ends[i, 2] += out[i] * own[m - 1, i] / steps
+            ends[i, 3] += out[i] * added[m - 1, i] / steps
+    for i in range(n):
         first = 0.5 * depth[i] * faces[1]
-        ends[i, 0] = own[i, 0] / capacity[i]
-        ends[i, 1] = added[i, 0] / capacity[i] + first / conductivity[i]
-    return own, added, ends
+        ends[i, 0] = own[0, i] / capacity[i]
+        ends[i, 1] = added[0, i] / capacity[i] + first / conductivity[i]
+    return own.T.copy(), added.T.copy(), ends
 
 
 @njit(cache=True)

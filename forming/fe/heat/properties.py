@@ -87,9 +87,9 @@ def integral(value: Property, T: npt.ArrayLike) -> FloatArray:
 
 def mean_between(value: Property, T0: FloatArray, T1: FloatArray) -> FloatArray:
     """Return the mean of the property between two temperatures: the capacity that conserves enthalpy."""
-    middle = value_at(value, 0.5 * (T0 + T1))
     if not isinstance(value, tuple):
-        return middle
+        return value_at(value, T0)
+    middle = value_at(value, 0.5 * (T0 + T1))
     change = T1 - T0
     far = np.abs(change) > 1e-3
     rise = integral(value, T1) - integral(value, T0)

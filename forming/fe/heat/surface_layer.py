@@ -102,7 +102,10 @@ class SurfaceLayer:
     def settle(self, x: FloatArray, quads: IntArray, T: FloatArray, capacity: Property) -> SurfaceLayer:
         """Return the layer with its heat laid on the nodes, whose temperatures without it are `T`."""
         heat = spread(x, quads, self.heat, self.depth, FACES, self.area, self.chain, self.nodes, self.shares)
-        return replace(self, carried=_warmed(capacity, T, heat) - T)
+        carried = _warmed(capacity, T, heat) - T
+        return SurfaceLayer(
+            self.chain, self.nodes, self.shares, self.heat, self.depth, self.area, self.rise, carried
+        )
 
     def surface(self, T: FloatArray) -> FloatArray:
         """Return the temperatures of the surface itself, shape (n_s,); `T` are those of all nodes."""

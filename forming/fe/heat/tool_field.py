@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -114,6 +115,14 @@ class ToolField:
             np.full(len(mesh.x), float(T)),
         )
 
+    @cached_property
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """Points at which the contact is looked up, shape (n, 2), and the length of surface that each stands for, shape (n,)."""
+        points = self.x[self.surface]
+        sides = np.diff(points, axis=0)
+        places = (points[:-1, None] + PLACES[:, None] * sides[:, None]).reshape(-1, 2)
+        return places, np.repeat(np.hypot(*sides.T) / len(PLACES), len(PLACES))
+
     def surface_temperature(self, points: FloatArray) -> FloatArray:
         """Return the temperature of the working surface closest to each point, shape (n,) [degC]."""
         edge, fraction, _ = nearest_on_chain(points, self.x[self.surface])
@@ -142,23 +151,23 @@ class ToolField:
           [N/(mm s)].
         - `htc`: heat transfer coefficient [N/(mm s K)].
         """
-        points = self.x[self.surface]
-        sides = np.diff(points, axis=0)
-        places = (points[:-1, None] + PLACES[:, None] * sides[:, None]).reshape(-1, 2)
+        places, lengths = self._places
         edge, u, distance = nearest_on_chain(places, body)
         first, second, ahead = touching[edge], touching[edge + 1], 0.5 * facing[edge] ** 2
         on = (first & (u < ahead)) | (second & (1.0 - u < ahead)) | (first & second)
         covered = (distance < NEAR) & on
-        areas = covered * np.repeat(np.hypot(*sides.T) / len(PLACES), len(PLACES)) * places[:, 0]
-
-        def at_nodes(values: FloatArray) -> FloatArray:
-            of_edges = (areas * values).reshape(-1, len(PLACES))
-            return np.append(of_edges @ (1.0 - PLACES), 0.0) + np.append(0.0, of_edges @ PLACES)
-
+        areas = covered * lengths * places[:, 0]
+        u0 = 1.0 - u
+        # Conductance, that times the temperature of the workpiece, and heat of friction.
+        exchanged = np.empty((3, len(areas)))
+        exchanged[0] = areas * htc
+        exchanged[1] = areas * (htc * (u0 * T[edge] + u * T[edge + 1]))
+        exchanged[2] = areas * (u0 * power[edge] + u * power[edge + 1])
+        of_edges = exchanged.reshape(3, -1, len(PLACES))
+        at_nodes = np.zeros((3, len(self.surface)))
+        at_nodes[:, :-1] = of_edges @ (1.0 - PLACES)
+        at_nodes[:, 1:] += of_edges @ PLACES
         layer = self.layer or SurfaceLayer.below(self.x, self.quads, self.surface)
-        conductance = at_nodes(np.full(len(areas), htc))
-        outside = at_nodes(htc * ((1.0 - u) * T[edge] + u * T[edge + 1]))
-        heat = at_nodes((1.0 - u) * power[edge] + u * power[edge + 1])
         self.layer, self.T = layer.step(
             self.x,
             self.quads,
@@ -167,6 +176,6 @@ class ToolField:
             self.steel.capacity,
             self.steel.conductivity,
             dt,
-            Exchange(conductance, outside, heat),
+            Exchange(*at_nodes),
             film=(self.far, np.full(len(self.far), 1e6), np.full(len(self.far), self.far_T)),
         )

@@ -131,6 +131,25 @@ def choose_pairs(order: IntArray, members: IntArray, n_triangles: int) -> tuple[
 
 
 @njit(cache=True)
+def elements_around(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
+    """Return corners of elements by node: those of node i are ``corners[first[i] : first[i + 1]]``, each 4 element + place."""
+    first = np.zeros(n + 1, np.int64)
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            first[quads[e, a] + 1] += 1
+    for i in range(n):
+        first[i + 1] += first[i]
+    place = first.copy()
+    corners = np.empty(4 * quads.shape[0], np.int64)
+    for e in range(quads.shape[0]):
+        for a in range(4):
+            node = quads[e, a]
+            corners[place[node]] = 4 * e + a
+            place[node] += 1
+    return first, corners
+
+
+@njit(cache=True)
 def smooth_guarded(
     x: FloatArray, quads: IntArray, first: IntArray, corners: IntArray, held: np.ndarray, sweeps: int
 ) -> None:
@@ -138,6 +157,7 @@ def smooth_guarded(
 
     Corner c is ``quads[c // 4, c % 4]``; those at node i are ``corners[first[i] : first[i + 1]]``.
     """
+    quality, moved = qualities(x, quads), np.empty(np.diff(first).max())
     for _ in range(sweeps):
         for i in range(x.shape[0]):
             if held[i]:
@@ -148,11 +168,10 @@ def smooth_guarded(
             before = 1e9
             # Inside the mesh, the next corner of each element around is another neighbour.
             for c in corners[first[i] : first[i + 1]]:
-                q = quads[c // 4]
-                neighbour = q[(c + 1) % 4]
+                neighbour = quads[c // 4, (c + 1) % 4]
                 mean_r += x[neighbour, 0] / n
                 mean_z += x[neighbour, 1] / n
-                before = min(before, corner_quality(x, q[0], q[1], q[2], q[3]))
+                before = min(before, quality[c // 4])
             old_r = x[i, 0]
             old_z = x[i, 1]
             weight = 0.7
@@ -160,14 +179,38 @@ def smooth_guarded(
                 x[i, 0] = old_r + weight * (mean_r - old_r)
                 x[i, 1] = old_z + weight * (mean_z - old_z)
                 after = 1e9
-                for c in corners[first[i] : first[i + 1]]:
-                    q = quads[c // 4]
-                    after = min(after, corner_quality(x, q[0], q[1], q[2], q[3]))
+                for k in range(n):
+                    e = corners[first[i] + k] // 4
+                    moved[k] = corner_quality(x, quads[e, 0], quads[e, 1], quads[e, 2], quads[e, 3])
+                    after = min(after, moved[k])
                 if after >= min(before, 0.75):
+                    for k in range(n):
+                        quality[corners[first[i] + k] // 4] = moved[k]
                     break
                 x[i, 0] = old_r
                 x[i, 1] = old_z
                 weight *= 0.4
+
+
+@njit(cache=True)
+def _nodes_around(quads: IntArray, first: IntArray, corners: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the other nodes of the elements around each node, once each, and where those of node i begin, shape (n + 1,)."""
+    n = first.shape[0] - 1
+    begins = np.zeros(n + 1, np.int64)
+    neighbours = np.empty(3 * corners.shape[0], np.int64)
+    seen_from = np.full(n, -1)
+    count = 0
+    for i in range(n):
+        seen_from[i] = i
+        for c in corners[first[i] : first[i + 1]]:
+            for a in range(4):
+                node = quads[c // 4, a]
+                if seen_from[node] != i:
+                    seen_from[node] = i
+                    neighbours[count] = node
+                    count += 1
+        begins[i + 1] = count
+    return neighbours, begins
 
 
 @njit(cache=True)
@@ -179,6 +222,7 @@ def cuthill_mckee(quads: IntArray, first: IntArray, corners: IntArray, starts: I
     `smooth_guarded`.
     """
     n = first.shape[0] - 1
+    neighbours, begins = _nodes_around(quads, first, corners)
     best = np.arange(n)
     least = np.inf
     for start in starts:
@@ -190,21 +234,20 @@ def cuthill_mckee(quads: IntArray, first: IntArray, corners: IntArray, starts: I
         work = 0.0
         for k in range(n):
             begin = count
-            for c in corners[first[order[k]] : first[order[k] + 1]]:
-                for node in quads[c // 4]:
-                    if reached[node]:
-                        continue
-                    reached[node] = True
-                    elements = first[node + 1] - first[node]
-                    place = count
-                    while place > begin:
-                        before = order[place - 1]
-                        if first[before + 1] - first[before] <= elements:
-                            break
-                        order[place] = before
-                        place -= 1
-                    order[place] = node
-                    count += 1
+            for node in neighbours[begins[order[k]] : begins[order[k] + 1]]:
+                if reached[node]:
+                    continue
+                reached[node] = True
+                elements = first[node + 1] - first[node]
+                place = count
+                while place > begin:
+                    before = order[place - 1]
+                    if first[before + 1] - first[before] <= elements:
+                        break
+                    order[place] = before
+                    place -= 1
+                order[place] = node
+                count += 1
             work += float(count - k) ** 2
             if work >= least:
                 break

@@ -13,7 +13,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import Delaunay
 
-from .mesh_kernels import candidate_pairs, choose_pairs, cuthill_mckee, pack_points, qualities, smooth_guarded
+from .mesh_kernels import (
+    candidate_pairs,
+    choose_pairs,
+    cuthill_mckee,
+    elements_around,
+    pack_points,
+    qualities,
+    smooth_guarded,
+)
 from .polyline import SizeField, distance_to_polygon, inside
 from .shape import FloatArray, IntArray
 
@@ -186,24 +194,17 @@ def _subdivide(
     return x, np.concatenate([np.column_stack(p) for p in parts]).astype(np.int64)
 
 
-def _elements_around(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Return corners of elements by node: those of node i are ``corners[first[i] : first[i + 1]]``, each 4 element + place."""
-    nodes = quads.ravel()
-    corners = np.argsort(nodes, kind="stable")
-    return np.searchsorted(nodes[corners], np.arange(n + 1)), corners
-
-
 def smooth(x: FloatArray, quads: IntArray, held: BoolArray, sweeps: int) -> None:
     """Smooth the nodes that are not held, in place, without making the worst element around them worse.
 
     All nodes of the boundary are held.
     """
-    smooth_guarded(x, quads, *_elements_around(quads, len(x)), held, sweeps)
+    smooth_guarded(x, quads, *elements_around(quads, len(x)), held, sweeps)
 
 
 def renumber(x: FloatArray, quads: IntArray, nodes: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
     """Renumber the nodes so that equations over the mesh are quickly eliminated; `nodes` of the loop are translated too."""
-    order = cuthill_mckee(quads, *_elements_around(quads, len(x)), nodes[::2])
+    order = cuthill_mckee(quads, *elements_around(quads, len(x)), nodes[::2])
     number = np.empty(len(x), dtype=np.int64)
     number[order] = np.arange(len(x))
     return np.ascontiguousarray(x[order]), np.ascontiguousarray(number[quads]), number[nodes]

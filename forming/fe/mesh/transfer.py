@@ -119,13 +119,16 @@ def patch_range(quads: IntArray, gauss: FloatArray, n_nodes: int) -> tuple[Float
     high = -low
     for e in range(n_e):
         for c in range(fields):
-            smallest, largest = gauss[e, :, c].min(), gauss[e, :, c].max()
-            for n in quads[e]:
+            smallest = min(gauss[e, 0, c], gauss[e, 1, c], gauss[e, 2, c], gauss[e, 3, c])
+            largest = max(gauss[e, 0, c], gauss[e, 1, c], gauss[e, 2, c], gauss[e, 3, c])
+            for a in range(4):
+                n = quads[e, a]
                 lowest[n, c] = min(lowest[n, c], smallest)
                 highest[n, c] = max(highest[n, c], largest)
     for e in range(n_e):
-        for c in range(fields):
-            for n in quads[e]:
+        for a in range(4):
+            n = quads[e, a]
+            for c in range(fields):
                 low[e, c] = min(low[e, c], lowest[n, c])
                 high[e, c] = max(high[e, c], highest[n, c])
     return low, high
