@@ -19,8 +19,8 @@ class Sizes:
 
     seeds: int = 12
     chain: int = 1
-    protocols: int = 0
-    sequential: int = 0
+    protocols: int = 3
+    sequential: int = 4
 
     def keep(self, folder: Path) -> None:
         """Write the sizes beside the results, for whoever prints them again."""

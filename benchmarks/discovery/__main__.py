@@ -17,15 +17,20 @@ def main() -> None:
     """Run what is missing, print the tables and write them beside the results."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.discovery", description=__doc__)
     parser.add_argument("-o", "--out", type=Path, default=Path("build/benchmarks/discovery"))
-    parser.add_argument("--seeds", type=int, default=12, help="campaigns of each case")
-    parser.add_argument("--chain", type=int, default=1, help="campaigns of each effect through raw records")
+    parser.add_argument("--seeds", type=int, default=Sizes.seeds, help="campaigns of each case")
     parser.add_argument(
-        "--protocols", type=int, default=0, help="campaigns of each effect for proposed protocols"
+        "--chain", type=int, default=Sizes.chain, help="campaigns of each effect through raw records"
+    )
+    parser.add_argument(
+        "--protocols",
+        type=int,
+        default=Sizes.protocols,
+        help="campaigns of each effect for proposed protocols",
     )
     parser.add_argument(
         "--sequential",
         type=int,
-        default=0,
+        default=Sizes.sequential,
         help="campaigns of each effect and plan for tests one after the other",
     )
     chosen = parser.parse_args()
