@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -26,8 +27,11 @@ AS_LIKELY, AGREED = 0.5, 1.0
 #: By so many standard errors, and by enough to matter, unseen tests leave a rival behind, whatever a lead in evidence may owe to formulas.
 BEHIND = 3.0
 
-#: Searches for further effects beside those given; the best first.
-Further = Callable[[Sequence[Fit]], list[Fit]]
+
+class Further(Protocol):
+    """Searches for further effects beside those given, significant at a level; the best first."""
+
+    def __call__(self, known: Sequence[Fit], level: float = ...) -> list[Fit]: ...
 
 
 @dataclass(frozen=True)
