@@ -89,7 +89,7 @@ class UnseenTestsJudge:
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
         kept, needed = self._led(chosen) if verdict in NAMED else ([], [])
-        if needed is not kept:
+        if len(needed) < len(kept):
             # where no less than all of them explain, their sum is a curve of unknown form
             kept, verdict = needed, verdict if self._explain(needed) else "unknown_structure"
         shares = self.beside.shares(kept, alone)
