@@ -46,7 +46,7 @@ class EffectSearch:
         self.campaign, self.base, self.seed = campaign, base, seed
         self.found = self._search_twice(candidates, floor)
         self.candidates, self.notes = judge_zero(campaign, self.found, candidates)
-        self._asked: dict[tuple[tuple[str, int], ...], list[Fit]] = {}
+        self._asked: dict[tuple[tuple[str, int], ...], list[tuple[float, Fit]]] = {}
 
     def _search_twice(self, candidates: list[Candidate], floor: NoiseFloor | None) -> SearchRound:
         """Search, then once more with a floor that knows the winner: a sharp effect inflates the first floor."""
@@ -95,14 +95,14 @@ class EffectSearch:
             more = self._further(chosen, SECOND_SHARE, SECOND_LEVEL)
             if not more:
                 return evidence, chosen
-            chosen.append(more[0])
+            chosen.append(more[0][1])
 
-    def further(self, known: Sequence[Fit]) -> list[Fit]:
-        """Return effects beside known ones, also small ones: unseen tests have to confirm them."""
+    def further(self, known: Sequence[Fit], level: float = LEVEL) -> list[Fit]:
+        """Return effects beside known ones, also small ones, significant at `level` or clearer: unseen tests have to confirm them."""
         key = tuple((f.name, f.index) for f in known)
         if key not in self._asked:  # the judge asks again when it looks for rivals
             self._asked[key] = self._further(known, SMALL_SHARE, LEVEL)
-        return self._asked[key]
+        return [fit for p, fit in self._asked[key] if p < level]
 
     def beside(self, known: Sequence[Fit]) -> SearchRound:
         """Search all other effects beside known ones, as they are: what could stand in the place of a further name."""
@@ -111,8 +111,8 @@ class EffectSearch:
         columns = np.column_stack([f.columns for f in known])
         return search(self.campaign, self.base, columns, others, self.seed, self.found.floor)
 
-    def _further(self, known: Sequence[Fit], share: float, level: float) -> list[Fit]:
-        """Return effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
+    def _further(self, known: Sequence[Fit], share: float, level: float) -> list[tuple[float, Fit]]:
+        """Return p-values and effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
 
         Each carries at least `share` of the squared contribution of all, and is significant at `level`. No offset of the force
         that is too large for one stands beside another name.
@@ -140,8 +140,9 @@ class EffectSearch:
                 continue
             own = weighted_rms(again.change(more), campaign.count) ** 2
             large = own > share * (size + own) and self._share(again, more) > LEAST_SHARE
-            if large and again.p_value(more) < level and credible(campaign, sensor, more):
-                kept.append(more)
+            p = again.p_value(more)
+            if large and p < level and credible(campaign, sensor, more):
+                kept.append((p, more))
         return kept
 
     def _share(self, found: SearchRound, fit: Fit) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -28,8 +29,11 @@ BEHIND = 3.0
 #: By so many they do where the leads of single tests agree by as many: two views of the same data that can be wrong in other ways.
 BEHIND_IN_BOTH = 2.0
 
-#: Searches for further effects beside those given; the best first.
-Further = Callable[[Sequence[Fit]], list[Fit]]
+
+class Further(Protocol):
+    """Searches for further effects beside those given, significant at a level; the best first."""
+
+    def __call__(self, known: Sequence[Fit], level: float = ...) -> list[Fit]: ...
 
 
 @dataclass(frozen=True)

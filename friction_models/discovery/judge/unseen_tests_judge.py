@@ -88,10 +88,8 @@ class UnseenTestsJudge:
                 verdict, chosen = named, several
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        kept = self._grown(self._that_help(chosen, 1), len(chosen)) if verdict in NAMED else []
-        if (instead := self._best_led(kept)) is not kept:
-            kept = self._grown(instead, len(instead))
-        if (needed := self._needed(kept)) is not kept:
+        kept, needed = self._led(chosen) if verdict in NAMED else ([], [])
+        if len(needed) < len(kept):
             # where no less than all of them explain, their sum is a curve of unknown form
             kept, verdict = needed, verdict if self._explain(needed) else "unknown_structure"
         shares = self.beside.shares(kept, alone)
@@ -116,6 +114,21 @@ class UnseenTestsJudge:
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
             verdict = _beyond_repeats(verdict, shares)
         return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, tuple(behind), repeats)
+
+    def _led(self, chosen: list[Fit]) -> tuple[list[Fit], list[Fit]]:
+        """Return the effects that are led by the first one that helps, and those of them that are needed.
+
+        What the scan sees for certain counts where it explains, the scan having its first name right: else it is another form.
+        """
+        first = self._that_help(chosen, 1)
+        for clear in (True, False) if first and first[0] is chosen[0] else (False,):
+            kept = self._grown(first, len(chosen), clear=clear)
+            if (instead := self._best_led(kept)) is not kept:
+                kept = self._grown(instead, len(instead), clear=clear)
+            needed = self._needed(kept, clear)
+            if clear and len(needed) > 1 and self._explain(needed):
+                break
+        return kept, needed
 
     def _explain(self, kept: list[Fit]) -> bool:
         """Return whether unseen tests are predicted about as well as they can be."""
@@ -210,30 +223,33 @@ class UnseenTestsJudge:
                     return instead
         return kept
 
-    def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED) -> list[Fit]:
-        """Return the effects with further ones, while these lower the error; at least `wanted` are tried."""
+    def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED, clear: bool = False) -> list[Fit]:
+        """Return the effects with further ones, while these lower the error; at least `wanted` are tried, and what is `clear`."""
         while kept and len(kept) < most:
             left = self.beside.shares(kept)
-            if len(kept) >= wanted and not left.believed and left.left < EXPLAINED:
+            enough = len(kept) >= wanted and not left.believed and left.left < EXPLAINED
+            if enough and not (clear and self.further(kept, CLEAR)):
                 break
             best = self._best(kept, self.further(kept)[:TRIED])
-            if best is None or not self._confirmed(kept, best):
+            if best is None or not self._confirmed(kept, best, clear):
                 break
             kept = self._exchanged([*kept, best])
         return kept
 
-    def _needed(self, kept: list[Fit]) -> list[Fit]:
+    def _needed(self, kept: list[Fit], clear: bool = False) -> list[Fit]:
         """Return the effects that unseen tests miss when each is left out and the others are refitted; the least missed goes first.
 
-        Several formulas may bend after a law that none of them describes: then their sum predicts, and one alone says little.
+        Several formulas may bend after a law that none of them describes: then their sum predicts, and one alone says little. Where
+        the scan leaves no other structure, one that is `clear` to it is missed by less.
         """
         while len(kept) > 1:
             after = self.unseen.errors(effects_of(kept))
             without = [[g for g in kept if g is not f] for f in kept]
             missed = [_certainty(self.unseen.errors(effects_of(fits)), after) for fits in without]
-            if min(missed) >= APART:
+            least = int(np.argmin(missed))
+            if missed[least] >= APART or (clear and self._clear(without[least], kept[least], after)):
                 break
-            kept = without[int(np.argmin(missed))]
+            kept = without[least]
         return kept
 
     def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
@@ -250,15 +266,23 @@ class UnseenTestsJudge:
             return False
         return _prefers(*(self.unseen.errors(effects_of(fits)) for fits in (some, others)))
 
-    def _confirmed(self, kept: list[Fit], fit: Fit) -> bool:
-        """Return whether a further effect helps for certain.
+    def _confirmed(self, kept: list[Fit], fit: Fit, clear: bool) -> bool:
+        """Return whether a further effect helps for certain, or is `clear` to the scan and helps.
 
         One of a load of those named may only mend their form; a fault of the data that does is not named.
         """
         before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept, [*kept, fit]))
         if fit.effect.driver[0] in {d for f in kept for d in f.effect.driver}:
             return fit.effect.kind != "fault" and _falls(before, after, CERTAIN)
-        return helps(before, after, CERTAIN)
+        return helps(before, after, CERTAIN) or (clear and self._clear(kept, fit, after))
+
+    def _clear(self, beside: Sequence[Fit], fit: Fit, after: ErrorsByTest) -> bool:
+        """Return whether the scan sees an effect for certain beside others, and unseen tests agree by a standard error.
+
+        Scatter between tests halves what squared errors of unseen tests can say: what is clear by 4 standard errors lowers them by 2.
+        """
+        seen = any(f.name == fit.name for f in self.further(beside, CLEAR))
+        return seen and _falls(self.unseen.errors(effects_of(beside)), after, 1.0)
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
