@@ -8,32 +8,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..common.wording import counted
-from ..estimation.campaign.binning import FEW_TESTS, BinnedTests
+from ..estimation.campaign.binning import BinnedTests
 from ..estimation.fit.parameters import FittedTerm, fit_terms
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
-from ..estimation.search.zero_reading import ZERO, credible, zero_is_known
+from ..estimation.search.zero_reading import ZERO, zero_is_known
 from ..loads import LOAD_NAMES, FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
-from .answer.findings import ErrorBudget, FittedEffect, ParameterValue, TestGroups
+from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
 from .further_tests.next_tests import Question, propose
-from .judge.confidence import LIMITS, MOST_UNREAD, confidence, grounds
+from .judge.confidence import blurred, grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED, Confirmation
-from .judge.identifiability import limits, one_load
+from .judge.hidden_effects import unseen_sizes
+from .judge.identifiability import limits
 from .judge.level_offset import LevelOffset, level_of
 from .judge.unseen_tests import UnseenTests
 from .judge.verdict import LEVEL, Evidence
 
-#: A noise floor above this share of mu hides everything else.
-BLURRED = 0.5
+#: Share of mu from which on what could hide is said.
+MATTERS = 0.25
 
 
 @dataclass
@@ -59,35 +60,6 @@ class Judged:
         return self.confirmed.chosen
 
 
-def _confidence(
-    campaign: BinnedTests,
-    judged: Judged,
-    level: LevelOffset,
-    grounds: dict[str, float],
-    factor: TestGroups | None,
-) -> float:
-    """Return how sure the verdict is, 0 to 1, by its grounds; half as sure where these data cannot show more."""
-    found, confirmed, verdict = judged.found, judged.confirmed, judged.verdict
-    nothing = verdict == "nothing_missing"
-    sure = LIMITS[1] if confirmed.within_resolution else confidence(verdict, grounds)
-    if level.off and verdict == "unknown_structure":
-        sure = max(sure, min(1.0 - level.p_value, LIMITS[1]))
-    unsure = [
-        not found.floor.known,
-        nothing and (len(campaign.tests) < FEW_TESTS or _blurred(campaign, found)),
-        nothing and factor is not None,  # what sets the two groups apart is missing
-        nothing and confirmed.lacks_fit,
-        verdict == "unknown_structure" and not level.off and confirmed.by_repeats,
-        judged.knows_noise,
-        verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in judged.chosen),
-    ]
-    if _beside_unread_zero(campaign, judged) or not all(
-        credible(campaign, found.floor.sensor, f) for f in judged.chosen
-    ):
-        sure = min(sure, MOST_UNREAD)
-    return min(sure, EITHER) if any(unsure) else sure
-
-
 def _beside_unread_zero(campaign: BinnedTests, judged: Judged) -> bool:
     """Return whether an offset of the force is named beside other effects, and no reading without load says that it is there."""
     named = [f.name for f in judged.chosen]
@@ -97,11 +69,6 @@ def _beside_unread_zero(campaign: BinnedTests, judged: Judged) -> bool:
 def _level_matters(budget: ErrorBudget) -> bool:
     """Return whether more is missing than an answer that explains may leave."""
     return budget["missing"] ** 2 > EXPLAINED * (budget["missing"] ** 2 + budget["explained"] ** 2)
-
-
-def _blurred(campaign: BinnedTests, found: SearchRound) -> bool:
-    """Return whether the noise hides everything."""
-    return found.floor.total > BLURRED * float(np.mean(campaign.mu))
 
 
 def assemble(
@@ -136,17 +103,32 @@ def assemble(
     most, doubted = doubts(campaign, verdict, chosen if named else [])
     rests_on = grounds(found, evidence, judged.confirmed, len(campaign.tests))
     factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
-    sure = min(_confidence(campaign, judged, level, rests_on, factor), most)
+    unread = _beside_unread_zero(campaign, judged)
+    nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
+    hidden = unseen_sizes(found) if nothing else {}
+    sure = min(
+        sureness(
+            campaign,
+            found,
+            judged.confirmed,
+            rests_on,
+            off=level.p_value if level.off else None,
+            grouped=factor is not None,
+            knows_noise=judged.knows_noise,
+            unread=unread,
+        ),
+        most,
+    )
     where: list[StructurePlace] = []
     if verdict in {"unknown_structure", "partly_explained"} or judged.confirmed.leaves_much:
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += uncertain_drivers(whole[0], fitted.terms)
     warnings += _reservations(campaign, judged, sure <= EITHER and factor is None)
+    warnings += _could_hide(hidden, float(np.mean(np.abs(campaign.mu))))
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     warnings += [*_about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
-    unread = _beside_unread_zero(campaign, judged)
     proposals, inseparable = propose(campaign, _questions(judged, confusion, unread), mu, base, doubt, unread)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
@@ -218,9 +200,22 @@ def _reservations(campaign: BinnedTests, judged: Judged, unsure: bool) -> list[s
     return said
 
 
+def _could_hide(hidden: dict[str, float], mu: float) -> list[str]:
+    """Return a warning where effects that matter would not have been seen, with their sizes and loads."""
+    if max(hidden.values(), default=0.0) < MATTERS * mu:
+        return []
+    sizes = ", ".join(
+        f"{hidden[name]:.2g} with {name}" for name in sorted(hidden, key=hidden.__getitem__)[::-1]
+    )
+    return [
+        f"smaller effects may be there: tests like these show an effect in most cases only if mu ({mu:.2g} on average) changes over "
+        f"them by {sizes}, or more"
+    ]
+
+
 def _about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
     """Return a warning where the noise hides everything."""
-    if not _blurred(campaign, found):
+    if not blurred(campaign, found):
         return []
     return [
         f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "

@@ -13,8 +13,12 @@ from collections.abc import Collection
 import numpy as np
 from scipy.special import expit
 
+from ...estimation.campaign.binning import FEW_TESTS, BinnedTests
 from ...estimation.search.search_round import SearchRound
+from ...estimation.search.unseen_loads import EITHER
+from ...estimation.search.zero_reading import credible
 from .confirmation import ANOTHER_FORM, EXPLAINED, NAMED, Confirmation
+from .identifiability import one_load
 from .verdict import LEVEL, Evidence
 
 #: Standard errors of an effect and of the reference, and powers of ten, beyond which nothing becomes surer.
@@ -32,6 +36,8 @@ MOST_IN_ANOTHER_FORM = 0.85
 MOST_WHERE_ONE_STANDS_OUT = 0.75
 #: An offset of the force beside other names, or one too large for a cell, may be an effect of pressure until the cell is read without load.
 MOST_UNREAD = 0.75
+#: A noise floor above this share of mu hides everything else.
+BLURRED = 0.5
 #: Of points outside the domain of a model, and of spikes: these are counted, not judged.
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.
@@ -107,3 +113,43 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
     elif verdict == "nothing_missing" and grounds["seen"] > _powers(LEVEL):
         high = MOST_WHERE_ONE_STANDS_OUT
     return float(np.clip(expit(score), low, high))
+
+
+def sureness(
+    campaign: BinnedTests,
+    found: SearchRound,
+    confirmed: Confirmation,
+    grounds: dict[str, float],
+    *,
+    off: float | None,
+    grouped: bool,
+    knows_noise: bool,
+    unread: bool,
+) -> float:
+    """Return how sure a verdict is, 0 to 1, by its grounds; half as sure where these data cannot show more.
+
+    `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded,
+    the model `knows_noise` of these points, and an offset of the force be `unread` beside other names.
+    """
+    verdict = confirmed.verdict
+    nothing = verdict == "nothing_missing"
+    sure = LIMITS[1] if confirmed.within_resolution else confidence(verdict, grounds)
+    if off is not None and verdict == "unknown_structure":
+        sure = max(sure, min(1.0 - off, LIMITS[1]))
+    unsure = [
+        not found.floor.known,
+        nothing and (len(campaign.tests) < FEW_TESTS or blurred(campaign, found)),
+        nothing and grouped,  # what sets the two groups apart is missing
+        nothing and confirmed.lacks_fit,
+        verdict == "unknown_structure" and off is None and confirmed.by_repeats,
+        knows_noise,
+        verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
+    ]
+    if unread or not all(credible(campaign, found.floor.sensor, f) for f in confirmed.chosen):
+        sure = min(sure, MOST_UNREAD)
+    return min(sure, EITHER) if any(unsure) else sure
+
+
+def blurred(campaign: BinnedTests, found: SearchRound) -> bool:
+    """Return whether the noise hides everything."""
+    return found.floor.total > BLURRED * float(np.mean(campaign.mu))

@@ -112,12 +112,16 @@ class Significance:
         null = self._largest[self._along[name]]
         return min(1.0, len(self._largest) * float((1 + np.sum(null >= gain)) / (1 + null.size)))
 
-    def needed(self, level: float) -> float:
-        """Return the gain from which on p-values are below a level; not a number where two families need different ones."""
-        if len(self._largest) != 1:
-            return 0.0 if not self._largest else np.nan
-        (null,) = self._largest.values()
-        return max(float(np.quantile(null, 1.0 - level)), 0.0)
+    def needed(self, level: float, name: str | None = None) -> float:
+        """Return the gain from which on p-values of an effect are below a level.
+
+        Without a name that of all effects, not a number where two families need different ones.
+        """
+        families = len(self._largest)
+        if name is None and families != 1:
+            return 0.0 if not families else np.nan
+        null = self._largest[self._along[name]] if name is not None else next(iter(self._largest.values()))
+        return max(float(np.quantile(null, max(1.0 - level / families, 0.0))), 0.0)
 
 
 def _shows_along(candidate: Prepared, level: FloatArray, test: npt.NDArray[np.intp]) -> bool:

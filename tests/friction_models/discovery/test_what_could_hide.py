@@ -1,0 +1,52 @@
+"""How large an effect could hide in thin data, where nothing is seen to be missing."""
+
+from __future__ import annotations
+
+import re
+from math import erf
+
+import numpy as np
+import pandas as pd
+from scipy.stats import qmc
+
+from friction_models.discovery import Diagnosis, diagnose
+
+
+def averages(seed: int, tests: int, step: float = 0.0) -> pd.DataFrame:
+    """Return averages whose mu is linear in the loads, and rises by `step` about 150 degC as a normal distribution does."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for k, u in enumerate(qmc.LatinHypercube(4, seed=rng).random(tests)):
+        v, T, p, psi = 5.0 * 100.0 ** u[0], 20.0 + 260.0 * u[1], 150.0 * 10.0 ** u[2], 1.0 + 14.0 * u[3]
+        mu = 0.08 + 0.004 * T / 280.0 + 0.003 * v / 500.0 + step * 0.5 * (1.0 + erf((T - 150.0) / 40.0))
+        loads = {"v_rel": v, "T": T, "sigma_n": p, "sd": 14.0, "psi": psi, "mu": mu + rng.normal(0.0, 0.004)}
+        rows.append({"test_id": f"t{k:02d}", **loads})
+    return pd.DataFrame(rows)
+
+
+def said(found: Diagnosis) -> str:
+    return next((w for w in found.warnings if w.startswith("smaller effects may be there")), "")
+
+
+def with_temperature(found: Diagnosis) -> float:
+    size = re.search(r"([0-9.e-]+) with T\b", said(found))
+    assert size is not None, found.warnings
+    return float(size.group(1))
+
+
+def test_thin_data_say_what_could_hide() -> None:
+    found = diagnose(averages(1, 12))
+    assert found.verdict == "nothing_missing"
+    assert with_temperature(found) > 0.03
+
+
+def test_the_size_is_that_from_which_on_effects_are_seen() -> None:
+    seen, nothing = {0.4: 0, 1.3: 0}, 0
+    for seed in (0, 1, 2, 3, 4, 6, 7):
+        found = diagnose(averages(seed, 36))
+        nothing += found.verdict == "nothing_missing"
+        for share in seen:
+            seen[share] += bool(diagnose(averages(seed, 36, share * with_temperature(found))).effects)
+    assert nothing == 7
+    assert seen[1.3] >= 6
+    assert seen[0.4] <= 2
