@@ -6,9 +6,10 @@ import numpy as np
 
 from ...estimation.search.scan import Prepared
 from ...estimation.search.search_round import SearchRound
+from .names import CLEAR
 
-#: Level at which unseen tests have to agree only (a less clear effect must take much of the error), and share of the shapes of a law.
-CLEAR, SHAPES = 0.01, 0.75
+#: Share of the shapes of a law that show.
+SHAPES = 0.75
 #: Standard errors beyond what is needed from which on nine of ten effects are seen (normal distribution).
 NINE_OF_TEN = 1.28
 

@@ -9,40 +9,22 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.repeats import repeats_of
-from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.unseen_loads import AS_GOOD
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
-from .error_budget import BELIEVED, ErrorShares, fall, helps
+from .error_budget import BELIEVED, ErrorShares
 from .identifiability import RESOLUTION
-from .rivals import APART, Further, Rivals, told
-from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
-from .verdict import LEVEL
+from .names import CLEAR, Names, falls
+from .rivals import Further, Rivals, told
+from .unseen_tests import StraightFits, UnseenTests
 
 #: More than this share is left: what is named is not the answer.
 NOT_THE_ANSWER = 0.4
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
-#: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
-CLEAR = 0.01
-#: What is less clear must take this share of the squared error on unseen tests, or fall along them by so many standard errors:
-#: effects that are both small and hardly significant are mostly chance. Of few tests, chance leaves nothing very significant.
-WEAK_SHARE, SURE_ALONG = 0.3, 4.0
-#: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain, and fall
-#: by this share.
-MAYBE, CONFIRMED, CONFIRMED_SHARE = 0.2, 1.7, 0.15
-#: Most effects that are named together.
-MOST_NAMED = 4
-#: Further effects that are compared on unseen tests.
-TRIED = 3
-#: Standard errors by which a further effect must lower the error.
-CERTAIN = 2.0
-#: Effects from which a sum is grown before structure is called unknown.
-LEADS = 3
-#: Rivals that are tried in place of an effect that does not help.
-RIVALS = 4
+#: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
+MAYBE, CONFIRMED = 0.2, 1.7
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
 #: verdict to say so.
 BEYOND_REPEATS = 0.25
@@ -54,10 +36,11 @@ class UnseenTestsJudge:
     def __init__(
         self, campaign: BinnedTests, unseen: UnseenTests, found: SearchRound, further: Further
     ) -> None:
-        self.campaign, self.unseen, self.found, self.further = campaign, unseen, found, further
+        self.campaign, self.unseen, self.found = campaign, unseen, found
         self.straight = StraightFits(campaign, unseen, found)
         self.beside = BesideReference(campaign, unseen, found)
         self.rivals = Rivals(campaign, found, self.straight, further)
+        self.names = Names(unseen, found, self.straight, self.beside, further)
 
     def __call__(
         self, verdict: str, chosen: list[Fit], named: str, bent: bool, alike: Sequence[str] = ()
@@ -77,26 +60,26 @@ class UnseenTestsJudge:
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it: of three doubts,
             # that something is left for certain, that it is much, and that the first name bends, one alone does not weigh more
-            kept = self._that_help(chosen) if chosen else []
+            kept = self.names.that_help(chosen) if chosen else []
             left = self.beside.shares(kept)
             if kept and sum([left.believed, left.left >= EXPLAINED, bent]) < 2:
                 verdict = named
             elif not self.beside.shares([], alone).missing > 0.0:
                 verdict = named if kept and not left.believed else "nothing_missing"
-            elif kept and (several := self._several(kept[0])):
+            elif kept and (several := self.names.several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = named, several
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             verdict, chosen = "explained", [seen]
-        kept, needed = self._led(chosen) if verdict in NAMED else ([], [])
+        kept, needed = self.names.led(chosen) if verdict in NAMED else ([], [])
         if len(needed) < len(kept):
             # where no less than all of them explain, their sum is a curve of unknown form
-            kept, verdict = needed, verdict if self._explain(needed) else "unknown_structure"
+            kept, verdict = needed, verdict if self.names.explain(needed) else "unknown_structure"
         shares = self.beside.shares(kept, alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
-        if verdict == "unknown_structure" and (together := self._together()):
+        if verdict == "unknown_structure" and (together := self.names.together()):
             kept, shares = together, self.beside.shares(together)
             verdict = self._verdict(named, kept, shares)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
@@ -113,76 +96,9 @@ class UnseenTestsJudge:
             low, high = repeats.interval
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
             verdict = _beyond_repeats(verdict, shares)
-        return Confirmation(verdict, kept, shares, self._certain(kept), where, rivals, tuple(behind), repeats)
-
-    def _led(self, chosen: list[Fit]) -> tuple[list[Fit], list[Fit]]:
-        """Return the effects that are led by the first one that helps, and those of them that are needed.
-
-        What the scan sees for certain counts where it explains, the scan having its first name right: else it is another form.
-        """
-        first = self._that_help(chosen, 1)
-        for clear in (True, False) if first and first[0] is chosen[0] else (False,):
-            kept = self._grown(first, len(chosen), clear=clear)
-            if (instead := self._best_led(kept)) is not kept:
-                kept = self._grown(instead, len(instead), clear=clear)
-            needed = self._needed(kept, clear)
-            if clear and len(needed) > 1 and self._explain(needed):
-                break
-        return kept, needed
-
-    def _explain(self, kept: list[Fit]) -> bool:
-        """Return whether unseen tests are predicted about as well as they can be."""
-        return self.beside.shares(kept).left < EXPLAINED
-
-    def _several(self, first: Fit) -> list[Fit]:
-        """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
-        grown = self._needed(self._grown([first], 2))
-        if len(grown) > 1 and self._explain(grown):
-            return grown
-        # effects with memory take long to fit, and hold simpler ones
-        plain = [f for f in self.found.ranking if not f.effect.needs_state]
-        best = max(plain, key=lambda f: f.gain, default=first)
-        if best.name == first.name or not self._helps([], best):
-            return []
-        grown = self._needed(self._grown([best], 2, most=2))
-        return grown if len(grown) > 1 and self._explain(grown) else []
-
-    def _together(self) -> list[Fit]:
-        """Return effects of different loads that explain together, each missed where it is left out, if there are some.
-
-        What others leave between tests hides each of them: none lowers the error for certain before all are there.
-        """
-        leads: dict[str, Fit] = {}
-        for fit in self.found.ranking[: 2 * RIVALS]:
-            if fit.effect.kind != "fault" and not fit.effect.needs_state:
-                leads.setdefault(fit.effect.driver[0], fit)
-        sums: dict[frozenset[str], list[Fit]] = {}
-        for lead in [*leads.values()][:LEADS]:
-            fits = self._sum(lead)
-            sums.setdefault(frozenset(f.name for f in fits), fits)
-        fits = min(sums.values(), key=lambda fits: self.straight.errors(fits).rms, default=[])
-        alone = self.beside.shares([])
-        # refits take long: with the shapes of the search, which saw all tests, what explains leaves as little
-        if len(fits) < 2 or self.straight.errors(fits).rms ** 2 - alone.best > EXPLAINED * alone.missing:
-            return []
-        needed = self._needed(fits) if self._explain(fits) else []
-        return needed if len(needed) > 1 and self._explain(needed) else []
-
-    def _sum(self, lead: Fit) -> list[Fit]:
-        """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""
-        fits = [lead]
-        while len(fits) < MOST_NAMED:
-            loads = {d for f in fits for d in f.effect.driver}
-            other = [
-                f
-                for f in self.further(fits)
-                if f.effect.kind != "fault" and loads.isdisjoint(f.effect.driver)
-            ]
-            best = min(other, key=lambda f: self.straight.errors([*fits, f]).rms, default=None)
-            if best is None or not helps(self.straight.errors(fits), self.straight.errors([*fits, best])):
-                break
-            fits.append(best)
-        return fits
+        return Confirmation(
+            verdict, kept, shares, self.names.certain(kept), where, rivals, tuple(behind), repeats
+        )
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -199,103 +115,6 @@ class UnseenTestsJudge:
             )
         return verdict
 
-    def _that_help(self, chosen: list[Fit], most: int = MOST_NAMED) -> list[Fit]:
-        """Return the effects that lower the error on unseen tests, one after the other; a rival where none does."""
-        kept: list[Fit] = []
-        for fit in chosen:
-            if len(kept) < most and self._helps(kept, fit):
-                kept.append(fit)
-        if kept:
-            return kept
-        rivals = [f for f in self.found.ranking[: RIVALS + 1] if self.found.p_value(f) < LEVEL]
-        return next(([f] for f in rivals if f.name != chosen[0].name and self._helps([], f)), [])
-
-    def _best_led(self, kept: list[Fit]) -> list[Fit]:
-        """Return the effects led by one that fits as well and that unseen tests clearly prefer, where much is left to predict."""
-        if not kept or self._explain(kept):
-            return kept
-        first, *others = kept
-        before = self.unseen.errors(effects_of(kept))
-        for fit in self.found.ranking[: 2 * RIVALS]:
-            if fit.name not in {f.name for f in kept} and fit.gain > AS_GOOD * first.gain:
-                instead = [fit, *others]
-                if _prefers(before, self.unseen.errors(effects_of(instead))):
-                    return instead
-        return kept
-
-    def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED, clear: bool = False) -> list[Fit]:
-        """Return the effects with further ones, while these lower the error; at least `wanted` are tried, and what is `clear`."""
-        while kept and len(kept) < most:
-            left = self.beside.shares(kept)
-            enough = len(kept) >= wanted and not left.believed and left.left < EXPLAINED
-            if enough and not (clear and self.further(kept, CLEAR)):
-                break
-            best = self._best(kept, self.further(kept)[:TRIED])
-            if best is None or not self._confirmed(kept, best, clear):
-                break
-            kept = self._exchanged([*kept, best])
-        return kept
-
-    def _needed(self, kept: list[Fit], clear: bool = False) -> list[Fit]:
-        """Return the effects that unseen tests miss when each is left out and the others are refitted; the least missed goes first.
-
-        Several formulas may bend after a law that none of them describes: then their sum predicts, and one alone says little. Where
-        the scan leaves no other structure, one that is `clear` to it is missed by less.
-        """
-        while len(kept) > 1:
-            after = self.unseen.errors(effects_of(kept))
-            without = [[g for g in kept if g is not f] for f in kept]
-            missed = [_certainty(self.unseen.errors(effects_of(fits)), after) for fits in without]
-            least = int(np.argmin(missed))
-            if missed[least] >= APART or (clear and self._clear(without[least], kept[least], after)):
-                break
-            kept = without[least]
-        return kept
-
-    def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
-        """Return the first of some effects, or a later one that unseen tests clearly prefer."""
-        best: Fit | None = None
-        for fit in tried:
-            if best is None or self._prefer([*kept, best], [*kept, fit]):
-                best = fit
-        return best
-
-    def _prefer(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
-        """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
-        if fall(self.straight.errors(some), self.straight.errors(others))[1] < CERTAIN:
-            return False
-        return _prefers(*(self.unseen.errors(effects_of(fits)) for fits in (some, others)))
-
-    def _confirmed(self, kept: list[Fit], fit: Fit, clear: bool) -> bool:
-        """Return whether a further effect helps for certain, or is `clear` to the scan and helps.
-
-        One of a load of those named may only mend their form; a fault of the data that does is not named.
-        """
-        before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept, [*kept, fit]))
-        if fit.effect.driver[0] in {d for f in kept for d in f.effect.driver}:
-            return fit.effect.kind != "fault" and _falls(before, after, CERTAIN)
-        return helps(before, after, CERTAIN) or (clear and self._clear(kept, fit, after))
-
-    def _clear(self, beside: Sequence[Fit], fit: Fit, after: ErrorsByTest) -> bool:
-        """Return whether the scan sees an effect for certain beside others, and unseen tests agree by a standard error.
-
-        Scatter between tests halves what squared errors of unseen tests can say: what is clear by 4 standard errors lowers them by 2.
-        """
-        seen = any(f.name == fit.name for f in self.further(beside, CLEAR))
-        return seen and _falls(self.unseen.errors(effects_of(beside)), after, 1.0)
-
-    def _exchanged(self, kept: list[Fit]) -> list[Fit]:
-        """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
-        first, *others = kept
-        load = first.effect.driver[0]
-        taken = {f.name for f in kept}
-        rivals = [
-            f
-            for f in self.found.ranking[: 2 * RIVALS]
-            if f.name not in taken and f.gain > AS_GOOD * first.gain and f.effect.driver[0] == load
-        ]
-        return next(([f, *others] for f in rivals if self._prefer(kept, [f, *others])), kept)
-
     def _overlooked(self) -> Fit | None:
         """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
         if self.found.least_p >= MAYBE:
@@ -303,27 +122,9 @@ class UnseenTestsJudge:
         before = self.unseen.errors()
         for fit in self.found.ranking[:2]:
             seen = self.found.own_p_value(fit) < CLEAR
-            if seen and _falls(before, self.unseen.errors(effects_of([fit])), CONFIRMED):
+            if seen and falls(before, self.unseen.errors(effects_of([fit])), CONFIRMED):
                 return fit
         return None
-
-    def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
-        before = self.unseen.errors(effects_of(kept))
-        after = self.unseen.errors(effects_of([*kept, fit]))
-        p = self.found.p_value(fit)
-        weak = not kept and p >= CLEAR and fall(before, after)[0] < WEAK_SHARE * before.rms**2
-        weak = weak and fall(before, after, "within")[1] < SURE_ALONG
-        return not weak and helps(before, after, 0.0 if not kept and p < CLEAR else 1.0)
-
-    def _certain(self, kept: Sequence[Fit]) -> float:
-        if not kept:
-            return 0.0
-        return _certainty(*(self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept)))
-
-
-def _certainty(before: ErrorsByTest, after: ErrorsByTest) -> float:
-    """Return by how many standard errors an error falls, in all or along the tests."""
-    return max(fall(before, after)[1], fall(before, after, "within")[1])
 
 
 def _told_apart(kept: Sequence[Fit], alike: Sequence[str], behind: Sequence[str]) -> bool:
@@ -341,15 +142,3 @@ def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:
     if verdict == "nothing_missing" and shares.missing > BEYOND_REPEATS * shares.base:
         return "unknown_structure"
     return "partly_explained" if verdict == "explained" and shares.left > EXPLAINED else verdict
-
-
-def _falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
-    """Return whether an error falls by `CONFIRMED_SHARE` of it at least, and by `needed` standard errors."""
-    gain, certain = fall(before, after)
-    return certain > needed and gain > CONFIRMED_SHARE * before.rms**2
-
-
-def _prefers(before: ErrorsByTest, after: ErrorsByTest) -> bool:
-    """Return whether an error falls clearly, and by enough to matter: twins may differ by a hair in every test alike."""
-    gain, certain = fall(before, after)
-    return certain > CERTAIN and gain > LEAST_SHARE * before.rms**2

@@ -10,7 +10,7 @@ import pandas as pd
 
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge.unseen_tests import ErrorsByTest
-from friction_models.discovery.judge.unseen_tests_judge import UnseenTestsJudge
+from friction_models.discovery.judge.names import Names
 
 
 class _Named:
@@ -34,9 +34,9 @@ class _Errors:
 
 
 def _needed(carried: dict[str, list[float]]) -> list[str]:
-    judge = object.__new__(UnseenTestsJudge)
-    judge.unseen = cast(Any, _Errors(carried))
-    return [f.name for f in judge._needed(cast(Any, [_Named(n) for n in carried]))]
+    nothing = cast(Any, None)
+    names = Names(cast(Any, _Errors(carried)), nothing, nothing, nothing, nothing)
+    return [f.name for f in names._needed(cast(Any, [_Named(n) for n in carried]))]
 
 
 def test_what_is_not_missed_is_not_named() -> None:
