@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge.unseen_tests import ErrorsByTest
 from friction_models.discovery.judge.names import Names
+from friction_models.discovery.judge.unseen_tests import ErrorsByTest
 
 
 class _Named:
