@@ -46,7 +46,7 @@ class EffectSearch:
         self.campaign, self.base, self.seed = campaign, base, seed
         self.found = self._search_twice(candidates, floor)
         self.candidates, self.notes = judge_zero(campaign, self.found, candidates)
-        self._asked: dict[tuple[tuple[str, int], ...], list[tuple[float, Fit]]] = {}
+        self._asked: dict[tuple[tuple[str, int], ...], list[tuple[float, float, Fit]]] = {}
 
     def _search_twice(self, candidates: list[Candidate], floor: NoiseFloor | None) -> SearchRound:
         """Search, then once more with a floor that knows the winner: a sharp effect inflates the first floor."""
@@ -92,17 +92,20 @@ class EffectSearch:
             evidence = Evidence(found, winner, p, share, confusion, misfit, structure, part, outside)
             if len(chosen) == MOST_NAMED or (len(chosen) > 1 and not evidence.unexplained):
                 return evidence, chosen
-            more = self._further(chosen, SECOND_SHARE, SECOND_LEVEL)
+            more = self.further(chosen, SECOND_LEVEL, SECOND_SHARE)
             if not more:
                 return evidence, chosen
-            chosen.append(more[0][1])
+            chosen.append(more[0])
 
-    def further(self, known: Sequence[Fit], level: float = LEVEL) -> list[Fit]:
-        """Return effects beside known ones, also small ones, significant at `level` or clearer: unseen tests have to confirm them."""
+    def further(self, known: Sequence[Fit], level: float = LEVEL, share: float = SMALL_SHARE) -> list[Fit]:
+        """Return effects beside known ones, the best first, also small ones: unseen tests have to confirm them.
+
+        Each is significant at `level`, and carries more than `share` of the squared contribution of all.
+        """
         key = tuple((f.name, f.index) for f in known)
         if key not in self._asked:  # the judge asks again when it looks for rivals
-            self._asked[key] = self._further(known, SMALL_SHARE, LEVEL)
-        return [fit for p, fit in self._asked[key] if p < level]
+            self._asked[key] = self._further(known)
+        return [fit for p, part, fit in self._asked[key] if p < level and part > share]
 
     def beside(self, known: Sequence[Fit]) -> SearchRound:
         """Search all other effects beside known ones, as they are: what could stand in the place of a further name."""
@@ -111,11 +114,11 @@ class EffectSearch:
         columns = np.column_stack([f.columns for f in known])
         return search(self.campaign, self.base, columns, others, self.seed, self.found.floor)
 
-    def _further(self, known: Sequence[Fit], share: float, level: float) -> list[tuple[float, Fit]]:
-        """Return p-values and effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
+    def _further(self, known: Sequence[Fit]) -> list[tuple[float, float, Fit]]:
+        """Return effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
 
-        Each carries at least `share` of the squared contribution of all, and is significant at `level`. No offset of the force
-        that is too large for one stands beside another name.
+        Before each stand its p-value and its share of the squared contribution of all. No offset of the force that is too large for
+        one stands beside another name.
         """
         campaign, base, found = self.campaign, self.base, self.found
         sensor = found.floor.sensor
@@ -139,10 +142,8 @@ class EffectSearch:
             if more.name in again.by_parts or constant(more.effect, campaign):
                 continue
             own = weighted_rms(again.change(more), campaign.count) ** 2
-            large = own > share * (size + own) and self._share(again, more) > LEAST_SHARE
-            p = again.p_value(more)
-            if large and p < level and credible(campaign, sensor, more):
-                kept.append((p, more))
+            if self._share(again, more) > LEAST_SHARE and credible(campaign, sensor, more):
+                kept.append((again.p_value(more), own / (size + own), more))
         return kept
 
     def _share(self, found: SearchRound, fit: Fit) -> float:
