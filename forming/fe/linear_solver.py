@@ -16,6 +16,15 @@ ACCURACY, ROUNDS = 5e-2, 10
 AT_ONCE, USED_AT_ONCE = 8, 4
 
 
+@njit(cache=True)
+def clear_band(band: FloatArray, last: IntArray) -> None:
+    """Set to zero what a matrix and its factor can fill, a third of the band; the rest of it stays zero."""
+    n = band.shape[0]
+    for i in range(n):
+        end = last[min(i - i % AT_ONCE + AT_ONCE, n) - 1]
+        band[i, : end - i + 1] = 0.0
+
+
 @njit(cache=True, fastmath={"contract"}, error_model="numpy")
 def factorise_band(band: FloatArray, last: IntArray) -> bool:
     """Factorise a symmetric band after Cholesky, as LAPACK's `dpbtrf` does; False: it is not positive definite.
@@ -133,7 +142,7 @@ class LinearSolver:
         return bool(info == 0)
 
     def _clear(self) -> None:
-        self.band[:] = 0.0
+        clear_band(self.band, self.last)
         self.skew[:] = 0.0
 
     def _unsymmetric(self) -> FloatArray:

@@ -73,6 +73,9 @@ class PunchGeometry:
             )
         if tip is not None and not 0.1 * d0 <= tip < d0:
             raise InputError(f"punch: tip_diameter = {tip!r} mm; allowed: {0.1 * d0:g} mm to below {d0:g} mm")
+        # Without a tip the default has no say; another height was given, and is looked at.
+        if tip is None and self.tip_height == PunchGeometry.tip_height:
+            return
         if self.tip_height >= 0.5 * self.specimen_height:
             raise InputError(
                 f"punch: tip_height = {self.tip_height!r} mm; allowed: below half the specimen height "

@@ -22,7 +22,9 @@ RESOLUTION = 1e-4
 PATIENCE = 3
 MOST_REPETITIONS = 50
 _REAL = ("Real", "Float64", "Float32")
-#: Repetitions after which a step that oscillates is damped: the mean of the last two values is passed on.
+#: Repetitions after which a step that oscillates is damped: the mean of the last two values is passed on. A value that is even
+#: then exactly that of the step before in one repetition and not in the next tells of an event that happens or not, such as a
+#: point that touches. No mean settles that: the value of the step before is passed on instead.
 DAMPED_AFTER = 10
 
 
@@ -42,6 +44,8 @@ class FixedPointIteration:
     _rows: list[tuple[str, str, npt.NDArray[np.intp]]] = field(default_factory=list)
     _previous: list[FloatArray] = field(default_factory=list)
     _passed: list[FloatArray] = field(default_factory=list)
+    _start: list[FloatArray] = field(default_factory=list)
+    _held: list[npt.NDArray[np.bool_]] = field(default_factory=list)
     _best: float = float("inf")
     _since: int = 0
 
@@ -56,7 +60,8 @@ class FixedPointIteration:
         self.repetitions, self.change, self.where = 0, float("inf"), ""
         self._best, self._since = float("inf"), 0
         self._previous = self._values()
-        self._passed = list(self._previous)
+        self._passed, self._start = list(self._previous), list(self._previous)
+        self._held = [np.zeros(len(values), dtype=bool) for values in self._previous]
 
     def converged(self) -> bool:
         """Compare with the last repetition; return whether the values agree."""
@@ -68,6 +73,9 @@ class FixedPointIteration:
             change = float(np.max(np.abs(new - old), initial=0.0)) / size
             if change >= self.change:
                 self.change, self.where = change, name
+        if self.repetitions >= DAMPED_AFTER + PATIENCE:
+            for held, start, new, old in zip(self._held, self._start, values, self._previous):
+                held |= (new == start) != (old == start)
         self._previous = values
         if self.repetitions < 2:
             return False
@@ -78,10 +86,11 @@ class FixedPointIteration:
         return self.change <= self.tolerance or (self.change <= RESOLUTION and self._since >= PATIENCE)
 
     def pass_on(self) -> None:
-        """Prepare the next repetition; after many of them the mean of the last two values is passed on, which damps oscillation."""
+        """Prepare the next repetition; after many of them what oscillates is damped, and an event that comes and goes left out."""
         for k, (_, source, rows) in enumerate(self._rows):
             if self.repetitions >= DAMPED_AFTER and self.links[k].sources[0].type in _REAL:
-                self._passed[k] = 0.5 * (self._passed[k] + self._previous[k])
+                mean = 0.5 * (self._passed[k] + self._previous[k])
+                self._passed[k] = np.where(self._held[k], self._start[k], mean)
                 self.outputs[source].values[rows] = self._passed[k]
             else:
                 self._passed[k] = self._previous[k]

@@ -84,6 +84,12 @@ def test_impossible_geometry_is_refused(wrong):
         PunchGeometry(**wrong)
 
 
+def test_the_default_height_of_a_tip_counts_only_with_a_tip():
+    assert PunchGeometry(specimen_height=5.0).outline()[:, 1].max() == 5.0
+    with pytest.raises(InputError, match=r"tip_height = 2\.5 mm; allowed: below half"):
+        PunchGeometry(specimen_height=5.0, tip_diameter=6.0)
+
+
 def test_what_was_computed_is_kept_when_the_force_cannot_be_reached():
     result = upset(PunchGeometry(specimen_diameter=10.0, specimen_height=6.0), 9e6, mu=0.1, mesh_size=1.2)
     assert result.status == "stopped" and "stopped" in result.message

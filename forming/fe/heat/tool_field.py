@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -115,14 +114,6 @@ class ToolField:
             np.full(len(mesh.x), float(T)),
         )
 
-    @cached_property
-    def _places(self) -> tuple[FloatArray, FloatArray]:
-        """Points at which the contact is looked up, shape (n, 2), and the length of surface that each stands for, shape (n,)."""
-        points = self.x[self.surface]
-        sides = np.diff(points, axis=0)
-        places = (points[:-1, None] + PLACES[:, None] * sides[:, None]).reshape(-1, 2)
-        return places, np.repeat(np.hypot(*sides.T) / len(PLACES), len(PLACES))
-
     def surface_temperature(self, points: FloatArray) -> FloatArray:
         """Return the temperature of the working surface closest to each point, shape (n,) [degC]."""
         edge, fraction, _ = nearest_on_chain(points, self.x[self.surface])
@@ -151,12 +142,14 @@ class ToolField:
           [N/(mm s)].
         - `htc`: heat transfer coefficient [N/(mm s K)].
         """
-        places, lengths = self._places
+        points = self.x[self.surface]
+        sides = np.diff(points, axis=0)
+        places = (points[:-1, None] + PLACES[:, None] * sides[:, None]).reshape(-1, 2)
         edge, u, distance = nearest_on_chain(places, body)
         first, second, ahead = touching[edge], touching[edge + 1], 0.5 * facing[edge] ** 2
         on = (first & (u < ahead)) | (second & (1.0 - u < ahead)) | (first & second)
         covered = (distance < NEAR) & on
-        areas = covered * lengths * places[:, 0]
+        areas = covered * np.repeat(np.hypot(*sides.T) / len(PLACES), len(PLACES)) * places[:, 0]
         u0 = 1.0 - u
         # Conductance, that times the temperature of the workpiece, and heat of friction.
         exchanged = np.empty((3, len(areas)))

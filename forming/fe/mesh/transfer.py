@@ -7,6 +7,8 @@ from numba import njit
 
 from .shape import ETA, N_GAUSS, XI, FloatArray, IntArray, local_coordinates
 
+#: A point with local coordinates below this belongs to no other element.
+WELL_INSIDE = 0.999
 #: Search grid over a mesh: lowest r and z, width of a cell [mm], numbers of cells along r and z.
 Grid = tuple[float, float, float, int, int]
 
@@ -56,6 +58,16 @@ def _miss(pr: float, pz: float, xi: float, eta: float, xe: FloatArray) -> float:
 
 
 @njit(cache=True)
+def _beyond(pr: float, pz: float, xe: FloatArray) -> bool:
+    """Return whether a point lies beyond a side of an element."""
+    for a in range(4):
+        b = (a + 1) % 4
+        if (xe[b, 0] - xe[a, 0]) * (pz - xe[a, 1]) < (xe[b, 1] - xe[a, 1]) * (pr - xe[a, 0]):
+            return True
+    return False
+
+
+@njit(cache=True)
 def locate(
     pr: float,
     pz: float,
@@ -65,12 +77,23 @@ def locate(
     start: IntArray,
     members: IntArray,
     local: FloatArray,
+    guess: int,
 ) -> int:
-    """Return the element that holds the point, or the nearest; write its local coordinates, bounded to +-1."""
+    """Return the element that holds the point, or the nearest; write its local coordinates, bounded to +-1.
+
+    The element `guess` is looked at first. A point near its sides may be given to another one, which does not hang on the guess.
+    """
     low_r, low_z, cell, n_r, n_z = grid
     ci = min(n_r - 1, max(0, int((pr - low_r) / cell)))
     cj = min(n_z - 1, max(0, int((pz - low_z) / cell)))
     xe = np.empty((4, 2))
+    for a in range(4):
+        xe[a, 0] = x[quads[guess, a], 0]
+        xe[a, 1] = x[quads[guess, a], 1]
+    if not _beyond(pr, pz, xe):
+        local[0], local[1] = local_coordinates(pr, pz, xe)
+        if max(abs(local[0]), abs(local[1])) < WELL_INSIDE and _miss(pr, pz, local[0], local[1], xe) == 0.0:
+            return guess
     # The element that holds the point is one of the point's own cell, and the point is in its bounding box.
     for k in range(start[ci * n_z + cj], start[ci * n_z + cj + 1]):
         e = members[k]
@@ -159,6 +182,7 @@ def interpolate_state(
     nodal_new = np.zeros((x_new.shape[0], nodal_old.shape[1]))
     local = np.zeros(2)
     stretch = np.sqrt(3.0)
+    k = 0
     for e in range(quads_new.shape[0]):
         for g in range(4):
             pr = 0.0
@@ -166,7 +190,7 @@ def interpolate_state(
             for a in range(4):
                 pr += N_GAUSS[g, a] * x_new[quads_new[e, a], 0]
                 pz += N_GAUSS[g, a] * x_new[quads_new[e, a], 1]
-            k = locate(pr, pz, x_old, quads_old, grid, start, members, local)
+            k = locate(pr, pz, x_old, quads_old, grid, start, members, local, k)
             for a in range(4):
                 weight = 0.25 * (1.0 + XI[a] * local[0] * stretch) * (1.0 + ETA[a] * local[1] * stretch)
                 for c in range(gauss_old.shape[2]):
@@ -174,7 +198,7 @@ def interpolate_state(
             for c in range(gauss_old.shape[2]):
                 gauss_new[e, g, c] = min(high[k, c], max(low[k, c], gauss_new[e, g, c]))
     for n in range(x_new.shape[0]):
-        k = locate(x_new[n, 0], x_new[n, 1], x_old, quads_old, grid, start, members, local)
+        k = locate(x_new[n, 0], x_new[n, 1], x_old, quads_old, grid, start, members, local, k)
         for a in range(4):
             weight = 0.25 * (1.0 + XI[a] * local[0]) * (1.0 + ETA[a] * local[1])
             for c in range(nodal_old.shape[1]):
@@ -204,7 +228,8 @@ def _located(
     """Return the local coordinates of points, shape (n, 2), and the elements they belong to, shape (n,)."""
     local, found = np.zeros((points.shape[0], 2)), np.empty(points.shape[0], np.int64)
     for i in range(points.shape[0]):
-        found[i] = locate(points[i, 0], points[i, 1], x, quads, grid, start, members, local[i])
+        guess = found[i - 1] if i > 0 else 0
+        found[i] = locate(points[i, 0], points[i, 1], x, quads, grid, start, members, local[i], guess)
     return local, found
 
 

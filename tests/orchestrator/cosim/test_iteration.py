@@ -104,3 +104,21 @@ def test_a_coarse_swing_does_not_count_as_agreement(tiny: dict[str, Path]) -> No
     for repetition in range(1, 30):
         loads.values[:] = 100.0 * (1.0 + 1e-3 * (-1) ** repetition)
         assert not follows.converged()
+
+
+def test_a_point_that_touches_in_every_other_repetition_keeps_the_friction_of_the_start(
+    tiny: dict[str, Path],
+) -> None:
+    follows, loads = settling(tiny)
+    loads.values[:] = [80.0, 0.0]
+    follows.begin()
+    for repetition in range(1, 51):
+        if repetition > 1:
+            follows.pass_on()
+        # The second point touches where its friction is that of no load; the first one, where it touches, is pressed less.
+        touches = loads.values[1] < 55.0
+        loads.values[:] = [90.0 if touches else 100.0, 100.0 if touches else 0.0]
+        if follows.converged():
+            break
+    assert loads.values.tolist() == [90.0, 100.0]
+    assert repetition <= DAMPED_AFTER + 2 * PATIENCE
