@@ -83,10 +83,8 @@ def _gaps(campaign: BinnedTests, term: FittedTerm, name: str) -> list[tuple[floa
         change = abs(float(np.median(above) - np.median(below)))
         if change > CHANGE * whole:
             low, high = float(values[k]), float(values[k + 1])
-            middle = (
-                float(np.interp(0.5, [0.0, 1.0], [low, high]))
-                if name in {"T", "sd"}
-                else float(np.sqrt(low * high))
-            )
+            # in the middle of the scale on which the load is drawn
+            even = name in {"T", "sd"} or low <= 0.0
+            middle = 0.5 * (low + high) if even else float(np.sqrt(low * high))
             found.append((low, middle, high, change))
     return found
