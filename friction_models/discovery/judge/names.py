@@ -162,12 +162,23 @@ class Names:
         while len(kept) > 1:
             after = self.unseen.errors(effects_of(kept))
             without = [[g for g in kept if g is not f] for f in kept]
-            missed = [_certainty(self.unseen.errors(effects_of(fits)), after) for fits in without]
+            missed = [self._missed(fits, after) for fits in without]
             least = int(np.argmin(missed))
             if missed[least] >= APART or (clear and self._clear(without[least], kept[least], after)):
                 break
             kept = without[least]
         return kept
+
+    def _missed(self, without: Sequence[Fit], after: ErrorsByTest) -> float:
+        """Return by how many standard errors unseen tests miss a name without which they are predicted so.
+
+        One test that is then predicted beyond all that was measured makes the standard error as large as the mean, but is no chance.
+        """
+        before = self.unseen.errors(effects_of(without))
+        reach = float(np.ptp(self.unseen.campaign.mu)) ** 2
+        if np.max(before.total) > reach > np.max(after.total):
+            return float("inf")
+        return _certainty(before, after)
 
     def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
         """Return the first of some effects, or a later one that unseen tests clearly prefer."""
