@@ -94,3 +94,14 @@ def with_unit(name: str) -> str:
     """
     unit = next((q.unit for q in LOADS if q.name == name), "1")
     return name if unit == "1" else f"{name} [{unit}]"
+
+
+def behind(unit: str) -> str:
+    """Return a unit as it stands behind a value in a sentence; nothing for a number.
+
+    Examples
+    --------
+    >>> f"12{behind('mm')}", f"0.08{behind('1')}"
+    ('12 mm', '0.08')
+    """
+    return "" if unit == "1" else f" {unit}"

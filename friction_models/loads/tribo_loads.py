@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..common.errors import InputError, unknown_name
 from .columns import STAND_IN, measured_loads
-from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, FloatArray, Quantity
+from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, FloatArray, Quantity, behind
 from .order import order_of_tests
 
 if TYPE_CHECKING:  # arrays of loads need no pandas, which takes long to import
@@ -57,10 +57,9 @@ def check_column(
         good |= np.isnan(array)
     if not good.all():
         row = int(np.argmin(good))
-        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
         raise InputError(
             f"{where}: column {quantity.name!r}, row {row}: value {float(array[row])!r} is outside the allowed "
-            f"range {quantity.lower:g} to {quantity.upper:g}{unit}"
+            f"range {quantity.lower:g} to {quantity.upper:g}{behind(quantity.unit)}"
         )
     return array
 

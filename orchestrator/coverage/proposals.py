@@ -12,6 +12,7 @@ import pandas as pd
 from friction_models.common import InputError, unknown_name
 from friction_models.discovery.further_tests.heating import Heating
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray
+from friction_models.loads.contract import behind
 
 from .tested_loads import Coverage, Region, natural_columns, regions_of
 
@@ -273,8 +274,9 @@ def _unreachable(
         for side, limit, where in (("below", low, asked[:, j] < low), ("above", high, asked[:, j] > high)):
             share = float(work @ (outside & where))
             if share >= WORTH:
-                unit = "" if LOADS[j].unit == "1" else f" {LOADS[j].unit}"
-                said.append(f"{name} {side} {limit:.4g}{unit}: {100 * share:.1f} % of the friction work")
+                said.append(
+                    f"{name} {side} {limit:.4g}{behind(LOADS[j].unit)}: {100 * share:.1f} % of the friction work"
+                )
     left = float(work @ ~reachable.all(axis=0))
     if left >= WORTH:
         said.append(f"{100 * left:.1f} % of the friction work by load or pair of loads in all")

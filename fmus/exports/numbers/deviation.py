@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
+from friction_models.loads.contract import behind
 
 from ...interface.friction_source import FrictionSource
 from .. import options
@@ -61,7 +62,7 @@ def with_unit(name: str, value: float) -> str:
     ('80 degC', '1.25')
     """
     unit = QUANTITIES[name].unit
-    return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+    return f"{value:.4g}{behind(unit)}"
 
 
 def system_values(source: FrictionSource, given: object = None) -> dict[str, float]:
@@ -98,7 +99,7 @@ def held_system(source: FrictionSource, held: Mapping[str, float]) -> list[str]:
     for p in source.system:
         value = held[p.name]
         label = {float(k): f" ({one_line(text)})" for k, text in enumerate(p.labels)}.get(value, "")
-        unit = "" if p.unit == "1" else f" {one_line(p.unit)}"
+        unit = behind(one_line(p.unit))
         text = f"{p.name} is held at {value:.4g}{unit}{label}"
         seen = [float(k) for k in range(len(p.labels))]
         if not seen and p.lower is not None and p.upper is not None:

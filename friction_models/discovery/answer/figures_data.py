@@ -14,6 +14,7 @@ from ...estimation.search.candidates import OPS
 from ...estimation.search.structure import StructurePlace
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, LOADS, FloatArray
+from ...loads.contract import behind
 from .findings import Findings
 
 #: Loads over which a residual is mapped, where the data vary them.
@@ -137,7 +138,7 @@ def meanings(effect: Effect) -> EffectDescription:
 
 def where_text(entry: StructurePlace) -> str:
     """Return a place where structure is left as text: ``v_rel 22 to 502 mm/s, psi 1.08 to 1.98: interaction (33 % of what is left)``."""
-    units = {q.name: f" {q.unit}" if q.unit != "1" else "" for q in LOADS}
+    units = {q.name: behind(q.unit) for q in LOADS}
     places = ", ".join(
         f"{name} {entry['region'][name][0]:.3g} to {entry['region'][name][1]:.3g}{units.get(name, '')}"
         if name in entry["region"]

@@ -9,6 +9,7 @@ from ...estimation.campaign.curves import transformed
 from ...estimation.fit.parameters import FittedTerm, FittedTerms
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
+from ...loads.contract import behind
 
 #: A fault of the data that makes more than this share of the measured mu of a test is worth a look at the rig.
 LARGE_FAULT = 0.1
@@ -61,7 +62,7 @@ def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for term in fitted.terms
         for name in dict.fromkeys(term.effect.driver)
         if name in campaign.varied
-        for unit in ["" if POINT_UNITS[name] == "1" else f" {POINT_UNITS[name]}"]
+        for unit in [behind(POINT_UNITS[name])]
         for low, middle, high, change in _gaps(campaign, term, name)
     ]
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...loads.contract import with_unit
+from ...loads.contract import behind, with_unit
 from ..formulas.offers import offer_lines
 from .figures_data import (
     LoadMap,
@@ -184,7 +184,7 @@ def _response(d: Findings) -> list[str]:
 
 
 def _with(value: ParameterValue) -> str:
-    unit = f" {value['unit']}" if value["unit"] != "1" else ""
+    unit = behind(value["unit"])
     if "interval" not in value:
         return f"{value['value']:.4g}{unit}"
     low, high = value["interval"]

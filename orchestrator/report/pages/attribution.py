@@ -5,6 +5,7 @@ from __future__ import annotations
 from friction_models.common.markup import bullets, paragraph, table
 from friction_models.common.wording import counted
 from friction_models.discovery.answer.wording import p_text
+from friction_models.loads.contract import behind
 
 from ...attribution.result import Attribution, Fit
 from ..charts.attribution import deviation_chart, fingerprint_chart
@@ -89,8 +90,7 @@ def _causes(found: Attribution) -> str:
 
 def _strength(fit: Fit) -> str:
     return "; ".join(
-        f"{name + ' ' if name else ''}{v:+.3g} ({v - 1.96 * e:+.3g} to {v + 1.96 * e:+.3g})"
-        + (f" {unit}" if unit != "1" else "")
+        f"{name + ' ' if name else ''}{v:+.3g} ({v - 1.96 * e:+.3g} to {v + 1.96 * e:+.3g})" + behind(unit)
         for name, v, e, unit in fit.values
     )
 
