@@ -185,6 +185,11 @@ def _reservations(campaign: BinnedTests, judged: Judged, unsure: bool) -> list[s
             "a flexible prediction that knows no formula is better on unseen tests than what is named, if only a little: the law "
             "may have another form, or be another effect that looks alike here"
         )
+    said += [
+        f"in the place of {name}, {' and '.join(pair)} together predict unseen tests no worse: whether the loads act together or each by "
+        "itself, tests would tell that cross their levels"
+        for name, pair in confirmed.parts.items()
+    ]
     if verdict == "nothing_missing" and found.winner and found.p_value(found.winner) < LEVEL:
         said.append(
             f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "

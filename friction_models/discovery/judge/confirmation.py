@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ...estimation.noise.repeats import Repeats
@@ -31,6 +32,8 @@ class Confirmation:
     #: names, each with what unseen tests cannot tell from it.
     rivals: tuple[str, ...] = ()
     behind: tuple[str, ...] = ()  #: Rivals of the scan that unseen tests leave far behind.
+    #: Names in whose place two effects of one load each predict unseen tests no worse, and these two.
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Whether the model alone predicts unseen tests closer than friction is measured.
     within_resolution: bool = False

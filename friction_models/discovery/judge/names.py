@@ -33,6 +33,8 @@ CERTAIN = 2.0
 LEADS = 3
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
+#: Standard errors by which unseen tests alone show an effect that the scan does not, where nothing that it shows helps.
+ALONE = 3.0
 #: Share of the squared error by which unseen tests must fall where what is added is not certain by them alone.
 CONFIRMED_SHARE = 0.15
 
@@ -57,7 +59,7 @@ class Names:
             kept = self._grown(first, len(chosen), clear=clear)
             if (instead := self._best_led(kept)) is not kept:
                 kept = self._grown(instead, len(instead), clear=clear)
-            needed = self._needed(kept, clear)
+            needed = self.needed(kept, clear)
             if clear and len(needed) > 1 and self.explain(needed):
                 break
         return kept, needed
@@ -68,7 +70,7 @@ class Names:
 
     def several(self, first: Fit) -> list[Fit]:
         """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
-        grown = self._needed(self._grown([first], 2))
+        grown = self.needed(self._grown([first], 2))
         if len(grown) > 1 and self.explain(grown):
             return grown
         # effects with memory take long to fit, and hold simpler ones
@@ -76,7 +78,7 @@ class Names:
         best = max(plain, key=lambda f: f.gain, default=first)
         if best.name == first.name or not self._helps([], best):
             return []
-        grown = self._needed(self._grown([best], 2, most=2))
+        grown = self.needed(self._grown([best], 2, most=2))
         return grown if len(grown) > 1 and self.explain(grown) else []
 
     def together(self) -> list[Fit]:
@@ -97,7 +99,7 @@ class Names:
         # refits take long: with the shapes of the search, which saw all tests, what explains leaves as little
         if len(fits) < 2 or self.straight.errors(fits).rms ** 2 - alone.best > EXPLAINED * alone.missing:
             return []
-        needed = self._needed(fits) if self.explain(fits) else []
+        needed = self.needed(fits) if self.explain(fits) else []
         return needed if len(needed) > 1 and self.explain(needed) else []
 
     def _sum(self, lead: Fit) -> list[Fit]:
@@ -124,8 +126,13 @@ class Names:
                 kept.append(fit)
         if kept:
             return kept
-        rivals = [f for f in self.found.ranking[: RIVALS + 1] if self.found.p_value(f) < LEVEL]
-        return next(([f] for f in rivals if f.name != chosen[0].name and self._helps([], f)), [])
+        tried = [f for f in self.found.ranking[: RIVALS + 1] if f.name not in {c.name for c in chosen[:1]}]
+        seen = (f for f in tried if (chosen and self.found.p_value(f) < LEVEL) or self._alone(f))
+        return next(([f] for f in seen if self._helps([], f)), [])
+
+    def _alone(self, fit: Fit) -> bool:
+        """Return whether unseen tests alone show an effect for certain; in the scan others may drown it."""
+        return fit.gain > 0.0 and falls(self.unseen.errors(), self.unseen.errors(effects_of([fit])), ALONE)
 
     def _best_led(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by one that fits as well and that unseen tests clearly prefer, where much is left to predict."""
@@ -141,19 +148,23 @@ class Names:
         return kept
 
     def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED, clear: bool = False) -> list[Fit]:
-        """Return the effects with further ones, while these lower the error; at least `wanted` are tried, and what is `clear`."""
+        """Return the effects with further ones, while these lower the error; at least `wanted` are tried, and what is `clear`.
+
+        Where the reference predicts no more than they do, only what unseen tests confirm by themselves follows: it does not see all.
+        """
         while kept and len(kept) < most:
             left = self.beside.shares(kept)
             enough = len(kept) >= wanted and not left.believed and left.left < EXPLAINED
-            if enough and not (clear and self.further(kept, CLEAR)):
+            if enough and not clear:
                 break
-            best = self._best(kept, self.further(kept)[:TRIED])
-            if best is None or not self._confirmed(kept, best, clear):
+            tried = self._preferred_first(kept, self.further(kept)[:TRIED])
+            confirmed = (fit for fit in tried if self._confirmed(kept, fit, clear, enough))
+            if (fit := next(confirmed, None)) is None:
                 break
-            kept = self._exchanged([*kept, best])
+            kept = self._exchanged([*kept, fit])
         return kept
 
-    def _needed(self, kept: list[Fit], clear: bool = False) -> list[Fit]:
+    def needed(self, kept: list[Fit], clear: bool = False) -> list[Fit]:
         """Return the effects that unseen tests miss when each is left out and the others are refitted; the least missed goes first.
 
         Several formulas may bend after a law that none of them describes: then their sum predicts, and one alone says little. Where
@@ -180,13 +191,13 @@ class Names:
             return float("inf")
         return _certainty(before, after)
 
-    def _best(self, kept: list[Fit], tried: Sequence[Fit]) -> Fit | None:
-        """Return the first of some effects, or a later one that unseen tests clearly prefer."""
-        best: Fit | None = None
-        for fit in tried:
-            if best is None or self._prefer([*kept, best], [*kept, fit]):
-                best = fit
-        return best
+    def _preferred_first(self, kept: list[Fit], tried: Sequence[Fit]) -> list[Fit]:
+        """Return some effects, led by the first of them, or by a later one that unseen tests clearly prefer."""
+        best = 0
+        for k in range(1, len(tried)):
+            if self._prefer([*kept, tried[best]], [*kept, tried[k]]):
+                best = k
+        return [*tried[best : best + 1], *tried[:best], *tried[best + 1 :]]
 
     def _prefer(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
         """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
@@ -194,7 +205,7 @@ class Names:
             return False
         return _prefers(*(self.unseen.errors(effects_of(fits)) for fits in (some, others)))
 
-    def _confirmed(self, kept: list[Fit], fit: Fit, clear: bool) -> bool:
+    def _confirmed(self, kept: list[Fit], fit: Fit, clear: bool, enough: bool) -> bool:
         """Return whether a further effect helps for certain, or is `clear` to the scan and helps.
 
         One of a load of those named may only mend their form; a fault of the data that does is not named.
@@ -202,7 +213,8 @@ class Names:
         before, after = (self.unseen.errors(effects_of(fits)) for fits in (kept, [*kept, fit]))
         if fit.effect.driver[0] in {d for f in kept for d in f.effect.driver}:
             return fit.effect.kind != "fault" and falls(before, after, CERTAIN)
-        return helps(before, after, CERTAIN) or (clear and self._clear(kept, fit, after))
+        certain = falls(before, after, CERTAIN) if enough else helps(before, after, CERTAIN)
+        return certain or (clear and self._clear(kept, fit, after))
 
     def _clear(self, beside: Sequence[Fit], fit: Fit, after: ErrorsByTest) -> bool:
         """Return whether the scan sees an effect for certain beside others, and unseen tests agree by a standard error.

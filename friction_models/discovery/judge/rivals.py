@@ -14,6 +14,7 @@ from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import AS_GOOD
+from ...estimation.search.zero_reading import credible
 from .error_budget import fall
 from .unseen_tests import StraightFits
 
@@ -121,6 +122,16 @@ class Rivals:
             return True
         own, other = (self.straight.errors_of_form(f, beside) for f in forms)
         return fall(other, own)[1] >= APART
+
+    def credible_first(self, kept: list[Fit], alike: Sequence[str]) -> list[Fit]:
+        """Return the effects with a fault that is too large for one exchanged for the best of what is `alike` and is none."""
+        sensor = self.found.floor.sensor
+        if not kept or credible(self.campaign, sensor, kept[0]):
+            return kept
+        names = {f.name for f in kept}
+        others = (f for f in self.found.ranking if f.name in alike and f.name not in names)
+        first = next((f for f in others if credible(self.campaign, sensor, f)), None)
+        return kept if first is None else [first, *kept[1:]]
 
     def largest_first(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by one that carries far more of the error on unseen tests than the first, if there is one."""

@@ -17,6 +17,7 @@ from .error_budget import BELIEVED, ErrorShares
 from .identifiability import RESOLUTION
 from .names import CLEAR, Names, falls
 from .rivals import Further, Rivals, told
+from .two_loads import TwoLoads
 from .unseen_tests import StraightFits, UnseenTests
 
 #: More than this share is left: what is named is not the answer.
@@ -41,6 +42,7 @@ class UnseenTestsJudge:
         self.beside = BesideReference(campaign, unseen, found)
         self.rivals = Rivals(campaign, found, self.straight, further)
         self.names = Names(unseen, found, self.straight, self.beside, further)
+        self.two_loads = TwoLoads(self.names)
 
     def __call__(
         self, verdict: str, chosen: list[Fit], named: str, bent: bool, alike: Sequence[str] = ()
@@ -57,10 +59,50 @@ class UnseenTestsJudge:
             return Confirmation("nothing_missing", shares=self.beside.shares([]), within_resolution=True)
         # what the scan sees for certain has to be confirmed only: a window of few tests makes no large certainty
         alone = CONFIRMED if verdict == "unknown_structure" else BELIEVED
+        verdict, chosen = self._doubted(verdict, chosen, named, bent, alone)
+        verdict, kept, shares = self._named(verdict, chosen, named, alone)
+        beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
+        likelier = self.rivals.credible_first(kept, [*beside.get(kept[0].name, ()), *alike] if kept else [])
+        if likelier is not kept:
+            kept, shares = likelier, self.beside.shares(likelier)
+            beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
+        behind = self.rivals.behind(kept, alike)
+        kept = self.rivals.largest_first(kept)
+        rivals = told(kept, beside)
+        faults = all(self._is_fault(name) for name in (*(f.name for f in kept), *rivals))
+        if rivals and (
+            verdict in ("explained", "partly_explained") or (verdict == "data_problem" and not faults)
+        ):
+            verdict = "ambiguous"
+        elif verdict == "ambiguous" and behind and not rivals and _told_apart(kept, alike, behind):
+            verdict = "data_problem" if faults else "explained"
+        where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
+        repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
+        if repeats is not None and repeats.lacks_fit:
+            low, high = repeats.interval
+            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
+            verdict = _beyond_repeats(verdict, shares)
+        return Confirmation(
+            verdict,
+            kept,
+            shares,
+            self.names.certain(kept),
+            where,
+            rivals,
+            tuple(behind),
+            self.two_loads.as_good(kept),
+            repeats,
+        )
+
+    def _doubted(
+        self, verdict: str, chosen: list[Fit], named: str, bent: bool, alone: float
+    ) -> tuple[str, list[Fit]]:
+        """Return the verdict of the scan and what it names, after a look at unseen tests where it says that structure is left, or nothing."""
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it: of three doubts,
             # that something is left for certain, that it is much, and that the first name bends, one alone does not weigh more
-            kept = self.names.that_help(chosen) if chosen else []
+            kept = self.names.that_help(chosen)
+            chosen = chosen or kept
             left = self.beside.shares(kept)
             if kept and sum([left.believed, left.left >= EXPLAINED, bent]) < 2:
                 verdict = named
@@ -70,11 +112,19 @@ class UnseenTestsJudge:
                 # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = named, several
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
-            verdict, chosen = "explained", [seen]
+            return "explained", [seen]
+        return verdict, chosen
+
+    def _named(
+        self, verdict: str, chosen: list[Fit], named: str, alone: float
+    ) -> tuple[str, list[Fit], ErrorShares]:
+        """Return the verdict with the names that unseen tests keep, and the budget beside these."""
         kept, needed = self.names.led(chosen) if verdict in NAMED else ([], [])
         if len(needed) < len(kept):
             # where no less than all of them explain, their sum is a curve of unknown form
             kept, verdict = needed, verdict if self.names.explain(needed) else "unknown_structure"
+        if verdict in NAMED and (parted := self.two_loads.parted(kept)) is not kept:
+            kept, verdict = parted, "explained"
         shares = self.beside.shares(kept, alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
@@ -82,23 +132,7 @@ class UnseenTestsJudge:
         if verdict == "unknown_structure" and (together := self.names.together()):
             kept, shares = together, self.beside.shares(together)
             verdict = self._verdict(named, kept, shares)
-        beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
-        behind = self.rivals.behind(kept, alike)
-        kept = self.rivals.largest_first(kept)
-        rivals = told(kept, beside)
-        if verdict in ("explained", "partly_explained") and rivals:
-            verdict = "ambiguous"
-        elif verdict == "ambiguous" and behind and not rivals and _told_apart(kept, alike, behind):
-            verdict = "data_problem" if all(f.effect.kind == "fault" for f in kept) else "explained"
-        where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
-        repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
-        if repeats is not None and repeats.lacks_fit:
-            low, high = repeats.interval
-            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
-            verdict = _beyond_repeats(verdict, shares)
-        return Confirmation(
-            verdict, kept, shares, self.names.certain(kept), where, rivals, tuple(behind), repeats
-        )
+        return verdict, kept, shares
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -106,14 +140,18 @@ class UnseenTestsJudge:
                 return "unknown_structure"
             kinds = [f.effect.kind for f in kept]
             physical = any(kind != "fault" for kind in kinds)
-            if verdict == "data_problem" and "fault" not in kinds:
-                verdict = "explained"  # a rival that unseen tests prefer took the place of the fault
+            if verdict == "data_problem" and physical:
+                verdict = "explained"  # a rival that unseen tests prefer took the place of the fault, or stands beside it
             return "partly_explained" if shares.left > EXPLAINED and physical else verdict
         if verdict in NAMED or verdict == "nothing_missing":
             return (
                 "unknown_structure" if _alone(shares) and _alone(self.beside.divided()) else "nothing_missing"
             )
         return verdict
+
+    def _is_fault(self, name: str) -> bool:
+        """Return whether an effect is a fault of the data."""
+        return any(f.name == name and f.effect.kind == "fault" for f in self.found.ranking)
 
     def _overlooked(self) -> Fit | None:
         """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""

@@ -16,6 +16,8 @@ Simulated: TypeAlias = dict[str, FloatArray]
 REPLICATES = 499
 #: Tests from which on the signs of whole tests are drawn, instead of normal noise; settings that tests share always draw theirs.
 FLIPPED = 20
+#: Where one family of effects gains so many times as much by noise as another, they are judged apart.
+DROWNS = 3.0
 #: Contributions that correlate by more than this count as one.
 TWINS = 0.98
 #: A lead below this share of the winner's evidence may come from the formulas rather than from the mechanisms.
@@ -85,8 +87,10 @@ def _products(columns: FloatArray, noise: FloatArray) -> FloatArray:
 class Significance:
     """Family-wise p-values of gains, from what every candidate gains in noise alone.
 
-    Few tests tell little about the scatter between tests, and much about noise along them. Effects that show mostly along the
-    tests are a family of their own then, so that the one does not drown in the other; each family has half of the level.
+    Effects that show mostly along the tests are a family of their own where noise alone lets them gain far more than those that set
+    tests apart, or far less, so that the one does not drown in the other; each family has half of the level then. So it is where
+    something happens along the tests that the floor does not describe, and with few tests, which tell little about the scatter
+    between them, and much about noise along them.
 
     `level`, shape (m,), are whitened ones; `test`, shape (m,), numbers the test of each bin, or its setting.
     """
@@ -95,12 +99,15 @@ class Significance:
         self, candidates: list[Prepared], simulated: Simulated, level: FloatArray, test: npt.NDArray[np.intp]
     ) -> None:
         few = len(candidates) > 0 and int(test.max()) + 1 < FLIPPED
-        self._along = {c.name: few and _shows_along(c, level, test) for c in candidates}
+        self._along = {c.name: _shows_along(c, level, test) for c in candidates}
         gains: dict[bool, list[FloatArray]] = {}
         for c in candidates:
             own = drops(c, simulated[c.name])[0].max(axis=0) - c.penalty
             gains.setdefault(self._along[c.name], []).append(own)
         self._largest = {along: np.max(own, axis=0) for along, own in gains.items()}
+        if len(self._largest) > 1 and not few and not _drown(*self._largest.values()):
+            self._along = dict.fromkeys(self._along, False)
+            self._largest = {False: np.maximum(*self._largest.values())}
 
     def p_value(self, name: str, gain: float) -> float:
         """Return the share of noise in which any effect of the family gains as much, times the number of families.
@@ -122,6 +129,12 @@ class Significance:
             return 0.0 if not families else np.nan
         null = self._largest[self._along[name]] if name is not None else next(iter(self._largest.values()))
         return max(float(np.quantile(null, max(1.0 - level / families, 0.0))), 0.0)
+
+
+def _drown(some: FloatArray, others: FloatArray) -> bool:
+    """Return whether effects of one family need far more to stand out from noise than those of the other."""
+    low, high = sorted(max(float(np.quantile(null, 0.95)), 1.0) for null in (some, others))
+    return high > DROWNS * low
 
 
 def _shows_along(candidate: Prepared, level: FloatArray, test: npt.NDArray[np.intp]) -> bool:

@@ -25,7 +25,9 @@ ZERO = "force_zero"
 BEFORE, AFTER, AREA = "F_r_zero", "F_r_zero_end", "contact_area"
 #: Standard errors by which a reading decides.
 DECIDES = 3.0
-#: Largest share of the measured mu of a test that an unread zero error makes. A cell is off by 1 or 2 % of full scale, which is
+#: Drift of the sensor over the campaign, which no reading confirms.
+DRIFT = "sensor_drift"
+#: Largest share of the measured mu of a test that an unread zero error, or a drift, makes. A cell is off by 1 or 2 % of full scale, which is
 #: 10 to 20 % of the smallest of forces that span a decade; more would show in every unloaded record.
 CREDIBLE = 0.25
 #: Independent readings of a force cell in one second without load, and seconds that a reading lasts at least.
@@ -114,13 +116,14 @@ def share_of_mu(campaign: BinnedTests, binned: FloatArray) -> float:
 
 
 def credible(campaign: BinnedTests, sensor: float, fit: Fit) -> bool:
-    """Return whether a fit may stand beside other names: an offset that was not read is small against what is measured.
+    """Return whether a fit may stand beside other names: an offset that was not read, or a drift, is small against what is measured.
 
-    A larger one is structure along the pressure. `sensor` is the noise of mu from sample to sample.
+    A larger one is structure along the pressure, or along what changed in the order of the tests. `sensor` is the noise of mu from
+    sample to sample.
     """
-    if fit.name != ZERO or share_of_mu(campaign, fit.binned) <= CREDIBLE:
+    if fit.name not in (ZERO, DRIFT) or share_of_mu(campaign, fit.binned) <= CREDIBLE:
         return True
-    return zero_is_known(campaign, sensor)
+    return fit.name == ZERO and zero_is_known(campaign, sensor)
 
 
 def expected(campaign: BinnedTests, sensor: float, fault: Fit, seconds: float) -> float:

@@ -49,3 +49,22 @@ def test_an_offset_beside_physics_is_to_be_read_first() -> None:
     assert "only a reading without load" in found.sentence
     assert found.next_tests[0]["protocol"] == "zero reading"
     assert any(w.startswith("force_zero makes up to 0.02 of mu, and 2") for w in found.warnings)
+
+
+def _two_lots(share: float) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return 32 averages of two lots, one measured after the other, whose friction differs by a share of it."""
+    rng = np.random.default_rng(11)
+    speeds = np.tile([75.0, 150.0, 225.0, 300.0], 8)
+    pressures = np.tile(np.repeat([0.1, 0.3], 4), 4)
+    lots = np.repeat(["first", "second"], 16)
+    mu = 0.16 * np.where(lots == "first", 1.0, 1.0 - share) + 0.0002 * speeds - 0.1 * pressures
+    names = [f"t{k:02d}" for k in range(32)]
+    data = pd.DataFrame({"test_id": names, "v_rel": speeds, "sigma_n": pressures, "mu": mu})
+    data["mu"] += rng.normal(0.0, 0.008, 32) - 0.0011 * np.arange(32)
+    return data, pd.DataFrame({"test_id": names, "lot": lots, "order": np.arange(1, 33)})
+
+
+def test_a_drift_too_large_for_a_sensor_does_not_lead_what_changed_in_the_order_of_the_tests() -> None:
+    found = diagnose(*_two_lots(0.12))
+    assert found.effects == ["factor:lot"] and "sensor_drift" in found.confusion_set, found.sentence
+    assert found.verdict == "ambiguous" and found.confidence <= 0.75

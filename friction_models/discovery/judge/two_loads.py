@@ -1,0 +1,82 @@
+"""A law of several loads beside two laws of one load each: which of them unseen tests prefer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+from ...estimation.search.importance import LEAST_SHARE
+from ...estimation.search.scan import Fit
+from .beside_reference import effects_of
+from .error_budget import fall
+from .names import CERTAIN, Names
+
+
+@dataclass(frozen=True)
+class TwoLoads:
+    """Tries two laws of one load each in place of one of several loads.
+
+    A product of two laws rises and falls with both loads, as their sum does: the scan, which adds one effect at a time, finds the
+    product first even where the sum is true.
+    """
+
+    names: Names
+
+    def parted(self, kept: list[Fit]) -> list[Fit]:
+        """Return the names with a law of several loads exchanged for two of one load that unseen tests clearly prefer.
+
+        One of one load beside another of the others need only be better: it says no more than the law of several does.
+        """
+        for fit in kept:
+            instead = self._pair(kept, fit)
+            needed = CERTAIN if len(instead) > len(kept) else 0.0
+            if instead and self._certainty(kept, instead) > needed:
+                return self.names.needed(instead)
+        return kept
+
+    def as_good(self, kept: Sequence[Fit]) -> dict[str, tuple[str, ...]]:
+        """Return the names in whose place two laws of one load each predict unseen tests no worse, and these two."""
+        known = {f.name for f in kept}
+        pairs = {fit.name: self._pair(kept, fit) for fit in kept}
+        return {
+            name: tuple(f.name for f in instead if f.name not in known)
+            for name, instead in pairs.items()
+            if instead and self._certainty(kept, instead) > 0.0
+        }
+
+    def _pair(self, kept: Sequence[Fit], fit: Fit) -> list[Fit]:
+        """Return the names with the best laws of one load in place of one of several; nothing where it is none."""
+        loads = self._loads(fit)
+        if len(loads) < 2 or fit.effect.needs_state:
+            return []
+        known = {f.name for f in kept}
+        others = [f for f in kept if f is not fit]
+        of_load = [
+            [f for f in self.names.found.ranking if f.name not in known and self._is_simple(f, load)]
+            for load in loads
+        ]
+        sums: list[tuple[Fit, ...]] = [
+            pair for some, more in combinations(of_load, 2) for pair in product(some, more)
+        ]
+        if any(self._is_simple(f, load) for f in others for load in loads):
+            # the other half stands there already
+            sums += [(f,) for fits in of_load for f in fits]
+        # with the shapes of the search, which are quick to try; the best ones are then refitted
+        tried = ([*fits, *others] for fits in sums)
+        return min(tried, key=lambda fits: self.names.straight.errors(fits).rms, default=[])
+
+    def _certainty(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> float:
+        """Return the standard errors by which unseen tests prefer other names; 0 where they do not, or by too little to matter."""
+        own, other = (self.names.unseen.errors(effects_of(fits)) for fits in (kept, instead))
+        gain, certain = fall(own, other)
+        return certain if gain > LEAST_SHARE * own.rms**2 else 0.0
+
+    def _is_simple(self, fit: Fit, load: str) -> bool:
+        """Return whether an effect is physics of one load that varies, without memory."""
+        return self._loads(fit) == [load] and fit.effect.kind == "physics" and not fit.effect.needs_state
+
+    def _loads(self, fit: Fit) -> list[str]:
+        """Return the loads that drive an effect and vary here."""
+        varied = self.names.unseen.campaign.varied
+        return [d for d in dict.fromkeys(fit.effect.driver) if d in varied]
