@@ -73,9 +73,9 @@ def test_the_bore_is_cold_where_the_contact_has_just_come(monkeypatch):
         expected, ours = contact_heating.cup(100.0, 2.0, mesh_size=0.4)["wall"]
         return ours / expected - 1.0
 
-    assert abs(error()) < 0.075
+    assert abs(error()) < 0.07
     monkeypatch.setattr(backward_cup_extrusion, "BORE", 5.0)
-    assert error() < -0.1
+    assert error() < -0.09
 
 
 def test_heat_balances_with_the_layer_through_remeshings():
