@@ -45,7 +45,7 @@ class FixedPointIteration:
     change: float = float("inf")  # the largest relative difference of any connection in the last repetition
     where: str = ""  # that connection
     _rows: list[tuple[str, str, npt.NDArray[np.intp]]] = field(default_factory=list)
-    _late: list[bool] = field(default_factory=list)  # whether the target runs before the source, so it sees `_passed`
+    _late: list[bool] = field(default_factory=list)  # whether the target runs before the source
     _previous: list[FloatArray] = field(default_factory=list)
     _passed: list[FloatArray] = field(default_factory=list)
     _start: list[FloatArray] = field(default_factory=list)
