@@ -17,7 +17,7 @@ from forming.fe.mesh.shape import N_GAUSS, gauss_volumes
 from forming.fe.mesh.transfer import shape_weights, transfer
 from forming.fe.remesh import mesh_inside
 from forming.materials.materials import steel_16MnCr5
-from forming.processes.upsetting import Upsetting
+from forming.processes.upsetting import RingCompression, Upsetting
 
 
 def heat(body: Body, material) -> float:
@@ -79,6 +79,21 @@ def test_remeshings_of_a_run_keep_the_heat():
     # One right after another, too: the contact before the first still tells what a tool holds.
     assert simulation.remesh()
     assert simulation.state.body.volume() == pytest.approx(new.volume(), rel=1e-6)
+
+
+@pytest.mark.parametrize(("scale", "mu"), [(1.0, 0.3), (0.1, 0.05)])
+def test_a_coarse_ring_keeps_its_volume(scale, mu):
+    """Elements of a fourth of the wall cut off its corners: what is lost there stands elsewhere, whatever the size of the ring."""
+    process = RingCompression(
+        diameter=12.0 * scale, bore_diameter=6.0 * scale, height=4.0 * scale, mesh_size=0.75 * scale, n_points=40, isothermal=True,
+        remeshing=True,
+    )  # fmt: skip
+    process.start(mu)
+    for share in (0.5, 0.6):
+        assert process.advance(share * process.height - process.stroke)
+        before = process.simulation.state.body.volume()
+        assert process.simulation.remesh()
+        assert process.simulation.state.body.volume() == pytest.approx(before, rel=1e-7)
 
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
