@@ -76,10 +76,11 @@ def exchange_heat(
     surface, layer = body.surface, body.layer or SurfaceLayer.below(body.x, body.quads, body.chain)
     powers = [rubbing * np.abs(table[:, SHEAR] * table[:, SLIP]) for table in tables]
     shares = [np.maximum(table[:, FACING], LEAST_SHARE) for table in tables]
-    to_tools, held, warming = np.zeros((3, len(surface)))
+    to_tools, held, warming, through = np.zeros((4, len(surface)))
     for table, tool, frictional, share in zip(tables, tools, powers, shares):
         conductance = np.where(table[:, PRESSURE] > 0.0, share * weights * heat.htc, 0.0)
         to_tools += conductance
+        through += np.where(conductance > 0.0, share, 0.0)
         held += conductance * tool.surface_temperature(surface)
         warming += np.where(conductance > 0.0, heat.friction_share * frictional * weights, 0.0)
     to_air, T_air = np.zeros(len(surface)), 0.0
@@ -95,7 +96,12 @@ def exchange_heat(
         material.heat_capacity,
         material.conductivity,
         dt,
-        Exchange(to_tools + to_air, held + to_air * T_air, warming),
+        Exchange(
+            to_tools + to_air,
+            held + to_air * T_air,
+            warming,
+            np.where(through > 0.0, np.minimum(through, 1.0), 1.0),
+        ),
     )
     surface_T = body.layer.surface(T)
     if account is not None:

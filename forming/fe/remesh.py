@@ -22,6 +22,13 @@ from .mesh.transfer import transfer
 from .state import SCALES, Loading, OldMesh, State
 from .tooling import Tool
 
+#: Corrections of the volume, at least and at most; a node goes at most so far in each, as a share of the edges beside it.
+CORRECTIONS, FARTHEST = (3, 20), 0.1
+#: Volume that may be missing, as a share.
+KEPT = 1e-9
+#: A body with less of its surface free than this stays as it is.
+LEAST_FREE = 4e-4
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -148,16 +155,20 @@ def _restore_volume(points: FloatArray, volume: float, held: np.ndarray, tools: 
     """
     free = ~held
     free[[0, -1]] = False
-    for _ in range(3):
+    for correction in range(CORRECTIONS[1]):
         along = np.zeros_like(points)
         along[1:-1] = points[2:] - points[:-2]
         length = np.hypot(*along.T) + 1e-30
         normal = np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
-        area = float((2.0 * np.pi * points[:, 0] * 0.5 * length)[free].sum())
-        if area < 1.0:
+        areas = 2.0 * np.pi * points[:, 0] * 0.5 * length
+        area = float(areas[free].sum())
+        if area < LEAST_FREE * areas.sum():
             return
         missing = volume - enclosed_volume(points)
-        shift = np.full(len(points), min(max(missing / area, -0.01), 0.01))
+        if correction >= CORRECTIONS[0] and abs(missing) < KEPT * volume:
+            return
+        farthest = FARTHEST * float(length[free].min())
+        shift = np.full(len(points), min(max(missing / area, -farthest), farthest))
         for tool in tools if missing > 0.0 else ():
             _leave_gap(points, tool.segments, tool.offset, shift)
         points[free] += normal[free] * shift[free, None]

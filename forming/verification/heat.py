@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..fe.body import Body
-from ..fe.contact import FACING, PRESSURE
+from ..fe.contact import FACING, NORMAL_Z, PRESSURE
 from ..fe.heat_exchange import HeatExchange, exchange_heat
 from ..fe.mesh.mesher import grid_mesh
 from ..fe.mesh.shape import FloatArray, surface_weights
@@ -57,7 +57,7 @@ def _rows(
     weights = np.zeros(len(r))
     surface_weights(body.x, body.chain, weights)
     table = np.zeros((len(r), 7))
-    table[:, PRESSURE], table[:, FACING] = 1000.0, 1.0
+    table[:, PRESSURE], table[:, FACING], table[:, NORMAL_Z] = 1000.0, 1.0, 1.0
     source = np.zeros((len(body.quads), 4))
     heat = HeatExchange(environment=None)
     rows = []

@@ -13,7 +13,7 @@ from friction_models.loads import FloatArray
 
 from .setup.wiring import Link
 
-#: Repetitions agree when the values of every connection change by less than this share of their largest.
+#: Repetitions agree when what every connection carries and what comes of it differ by less than this share of the largest.
 TOLERANCE = 1e-8
 #: A solver that stops at its own residual gives slightly different loads in each repetition. A change that no longer falls
 #: counts as that when it is below this share,
@@ -30,49 +30,63 @@ DAMPED_AFTER = 10
 
 @dataclass
 class FixedPointIteration:
-    """Compares the values of all connections from one repetition of a step to the next.
+    """Compares the values that all connections carry in a repetition of a step with those that come of it.
 
-    A step has converged when the values of every connection agree, as far as the components themselves resolve them.
+    A step has converged when the values of every connection agree, as far as the components themselves resolve them. A damped
+    step passes on means: that the same comes of two of them does not tell that it would come of itself, too. It is therefore
+    passed on as it is, once: either the values agree, or damping goes on from where it was.
     """
 
     links: Sequence[Link]  # the connections
     outputs: Mapping[str, Port]  # their values, by component
+    order: Sequence[str]  # in which the components run
     tolerance: float = TOLERANCE  # relative change that counts as agreement
     repetitions: int = 0  # made so far
-    change: float = float("inf")  # the largest relative one of any connection in the last repetition
+    change: float = float("inf")  # the largest relative difference of any connection in the last repetition
     where: str = ""  # that connection
     _rows: list[tuple[str, str, npt.NDArray[np.intp]]] = field(default_factory=list)
+    _late: list[bool] = field(default_factory=list)  # whether the target runs before the source
     _previous: list[FloatArray] = field(default_factory=list)
     _passed: list[FloatArray] = field(default_factory=list)
     _start: list[FloatArray] = field(default_factory=list)
     _held: list[npt.NDArray[np.bool_]] = field(default_factory=list)
     _best: float = float("inf")
     _since: int = 0
+    _repeats: bool = False  # whether the same has come of the last two repetitions
+    _tried: bool = False  # whether that has been passed on
+    _damped: list[FloatArray] | None = None  # what else would have been passed on in this repetition
 
     def __post_init__(self) -> None:
         for link in self.links:
             index = self.outputs[link.source].index
             rows = np.array([index[v.name] for v in link.sources], dtype=np.intp)
             self._rows.append((_name(link), link.source, rows))
+            self._late.append(self.order.index(link.target) <= self.order.index(link.source))
 
     def begin(self) -> None:
         """Start with the values of the step before."""
         self.repetitions, self.change, self.where = 0, float("inf"), ""
         self._best, self._since = float("inf"), 0
+        self._repeats, self._tried, self._damped = False, False, None
         self._previous = self._values()
         self._passed, self._start = list(self._previous), list(self._previous)
         self._held = [np.zeros(len(values), dtype=bool) for values in self._previous]
 
     def converged(self) -> bool:
-        """Compare with the last repetition; return whether the values agree."""
+        """Compare with what was passed on; return whether the values agree."""
         values = self._values()
         self.repetitions += 1
-        self.change = 0.0
-        for (name, _, _), new, old in zip(self._rows, values, self._previous):
-            size = max(float(np.max(np.abs(new), initial=0.0)), 1e-12)
-            change = float(np.max(np.abs(new - old), initial=0.0)) / size
-            if change >= self.change:
-                self.change, self.where = change, name
+        used = [
+            # What is held at the start of the step is meant to differ.
+            np.where(held, old, passed) if late else old
+            for late, held, old, passed in zip(self._late, self._held, self._previous, self._passed)
+        ]
+        self.change, self.where = self._largest(values, used)
+        if self._damped is not None and self.change > self.tolerance:
+            self._passed, self._damped = self._damped, None
+            return False
+        self._repeats = self._largest(values, self._previous)[0] <= self.tolerance
+        self._tried = self._tried and self._repeats
         if self.repetitions >= DAMPED_AFTER + PATIENCE:
             for held, start, new, old in zip(self._held, self._start, values, self._previous):
                 held |= (new == start) != (old == start)
@@ -87,13 +101,26 @@ class FixedPointIteration:
 
     def pass_on(self) -> None:
         """Prepare the next repetition; after many of them what oscillates is damped, and an event that comes and goes left out."""
+        trial = self.repetitions >= DAMPED_AFTER and self._repeats and not self._tried
+        if trial:
+            self._tried, self._damped = True, list(self._passed)
         for k, (_, source, rows) in enumerate(self._rows):
             if self.repetitions >= DAMPED_AFTER and self.links[k].sources[0].type in _REAL:
-                mean = 0.5 * (self._passed[k] + self._previous[k])
-                self._passed[k] = np.where(self._held[k], self._start[k], mean)
+                proposed = self._previous[k] if trial else 0.5 * (self._passed[k] + self._previous[k])
+                self._passed[k] = np.where(self._held[k], self._start[k], proposed)
                 self.outputs[source].values[rows] = self._passed[k]
             else:
                 self._passed[k] = self._previous[k]
+
+    def _largest(self, values: list[FloatArray], others: list[FloatArray]) -> tuple[float, str]:
+        """Return the largest difference relative to the largest value of any connection, and which that is."""
+        largest, where = 0.0, ""
+        for (name, _, _), new, other in zip(self._rows, values, others):
+            size = max(float(np.max(np.abs(new), initial=0.0)), 1e-12)
+            change = float(np.max(np.abs(new - other), initial=0.0)) / size
+            if change >= largest:
+                largest, where = change, name
+        return largest, where
 
     def _values(self) -> list[FloatArray]:
         return [self.outputs[source].values[rows].copy() for _, source, rows in self._rows]

@@ -267,7 +267,9 @@ class Master:
     def _iterated(self, components: Components, now: float, size: float) -> None:
         outputs, instances = components.outputs, components.instances
         if self._iteration is None or self._iteration.outputs is not outputs:
-            self._iteration = FixedPointIteration(self.wiring.links, outputs, self.tolerance)
+            self._iteration = FixedPointIteration(
+                self.wiring.links, outputs, components.order, self.tolerance
+            )
         fixed_point = self._iteration
         with ExitStack() as stack:
             saved = {}

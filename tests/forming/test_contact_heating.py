@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from forming import ForwardRodExtrusion
+from forming import ForwardRodExtrusion, Upsetting
+from forming.fe.contact import FACING, NORMAL_Z, PRESSURE, SHEAR, SLIP, facing_shares
 from forming.fe.heat import surface_layer
 from forming.fe.heat.surface_layer import Exchange, SurfaceLayer
+from forming.fe.heat_exchange import HeatExchange, exchange_heat
 from forming.fe.mesh.mesher import grid_mesh
-from forming.fe.mesh.shape import nodal_volumes
+from forming.fe.mesh.shape import nodal_volumes, surface_weights
 from forming.materials.materials import steel_16MnCr5
 from forming.processes import backward_cup_extrusion
 from forming.processes.stepwise import too_fast
@@ -73,9 +75,9 @@ def test_the_bore_is_cold_where_the_contact_has_just_come(monkeypatch):
         expected, ours = contact_heating.cup(100.0, 2.0, mesh_size=0.4)["wall"]
         return ours / expected - 1.0
 
-    assert abs(error()) < 0.075
+    assert abs(error()) < 0.07
     monkeypatch.setattr(backward_cup_extrusion, "BORE", 5.0)
-    assert error() < -0.1
+    assert error() < -0.09
 
 
 def test_heat_balances_with_the_layer_through_remeshings():
@@ -95,3 +97,27 @@ def test_a_layer_that_is_too_thin_is_said():
     (warning,) = too_fast(3.0)
     assert "3.0 times" in warning and "mesh_size" in warning
     assert too_fast(1.0) == ()
+
+
+def test_the_rim_of_an_upset_cylinder_is_as_hot_as_the_face_beside_it():
+    """Friction that heats a face up to its edge, the side insulated: no heat flows along the face. Shared with the side it was half."""
+    steel = replace(steel_16MnCr5(), taylor_quinney=0.0, conductivity=42.0, cp=470.0)
+    process = Upsetting(diameter=30.0, height=20.0, mesh_size=1.5, n_points=40, material=steel, h_ambient=0.0)
+    process.start(0.1)
+    body, tools = process.simulation.state.body, process.simulation.state.tools
+    n = len(body.chain)
+    weights, table = np.zeros(n), np.zeros((n, 7))
+    surface_weights(body.x, body.chain, weights)
+    on = body.surface[:, 1] == 0.0
+    table[on, PRESSURE], table[on, NORMAL_Z], table[on, FACING] = 500.0, 1.0, 1.0
+    rim = int(np.flatnonzero(on).max())
+    table[rim, FACING] = facing_shares(body.x, body.chain, tools[0].segments, np.zeros(2))[rim]
+    table[:, SLIP], table[on, SHEAR] = 100.0, table[on, FACING] * 50.0
+    none = np.zeros_like(table)
+    for _ in range(10):
+        body.T = exchange_heat(
+            body, tools, [table, none], weights, np.zeros((len(body.quads), 4)), steel, HeatExchange(environment=None), 1e-3
+        )  # fmt: skip
+    rise = body.surface_T[on] - 20.0
+    # The tool goes on behind the rim and is colder there.
+    assert rise[-1] == pytest.approx(rise[-3], rel=0.15)

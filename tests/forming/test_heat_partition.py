@@ -33,9 +33,9 @@ def held(field) -> float:
     )
 
 
-@pytest.mark.parametrize("radius", [5.1, 5.4, 5.6, 5.9])
-def test_a_tool_is_heated_as_far_as_the_contact_reaches(radius: float) -> None:
-    """Elements of 1 mm, of which the contact covers a part; they count in quarters."""
+@pytest.mark.parametrize("radius", [5.0, 5.1, 5.1 + 1e-9, 5.4, 5.6, 5.9, 6.0 - 1e-9])
+def test_a_tool_is_heated_exactly_as_far_as_the_contact_reaches(radius: float) -> None:
+    """Elements of 1 mm, of which the contact covers a part. Counted in pieces, heat jumped as the contact grew by next to nothing."""
     field = block_field(10.0, 0.0, -5.0, lambda points: np.full(len(points), 1.0), 20.0)
     body = np.array([[0.0, 0.0], [0.5 * radius, 0.0], [radius, 0.0], [radius + 3.0, 3.0]])
     touching, power = np.array([True, True, True, False]), np.full(4, 500.0)
@@ -44,7 +44,19 @@ def test_a_tool_is_heated_as_far_as_the_contact_reaches(radius: float) -> None:
             1e-3, body, touching, np.array([1.0, 1.0, 0.0]), field.surface_temperature(body), power, 1e-6
         )
     expected = 5e-3 * 500.0 * math.pi * radius**2
-    assert held(field) == pytest.approx(expected, rel=0.3 / radius)
+    assert held(field) == pytest.approx(expected, rel=1e-8)
+
+
+def test_half_of_an_edge_that_leaves_the_tool_counts_with_what_its_end_in_contact_has() -> None:
+    """As much as the last node of the workpiece holds; the edge is 3 mm long and turned by 45 degrees, the tool coarser."""
+    field = block_field(10.0, 0.0, -5.0, lambda points: np.full(len(points), 1.4), 20.0)
+    side = 3.0 * math.sqrt(0.5)
+    body = np.array([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [4.0 + side, side]])
+    touching, power = np.array([True, True, True, False]), np.array([500.0, 500.0, 500.0, 0.0])
+    facing = np.array([1.0, 1.0, math.sqrt(0.5)])
+    field.step(1e-3, body, touching, facing, np.full(4, 20.0), power, 1e-9)
+    expected = 1e-3 * 500.0 * math.pi * (4.0 + 0.5 * side) ** 2
+    assert held(field) == pytest.approx(expected, rel=1e-8)
 
 
 @pytest.mark.parametrize(

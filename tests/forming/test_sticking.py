@@ -58,11 +58,13 @@ def test_a_cup_goes_on_where_it_sticks_to_its_tools(monkeypatch):
     """mu = 10: the limit k acts nearly everywhere, the wall of the cup sticks to the container; some increments need held limits."""
     repeats = Repeats()
     monkeypatch.setattr("forming.fe.simulation.solve_increment", repeats)
-    process = BackwardCupExtrusion(mesh_size=0.9, n_points=40)
-    result = process.run(10.0, 8.0)
-    assert result.status == "ok", result.message
+    # A handful of increments in each run: one run alone tells little.
+    for mesh_size in (0.8, 0.9):
+        process = BackwardCupExtrusion(mesh_size=mesh_size, n_points=40)
+        result = process.run(10.0, 8.0)
+        assert result.status == "ok", result.message
+        assert 0.99 < result.max_tau_over_k < 1.03
+        assert abs(result.energy_balance) < 3.5e-3 and abs(result.volume_change) < 1e-3
     assert repeats.only_held > repeats.only_free
-    assert 0.99 < result.max_tau_over_k < 1.03
-    assert abs(result.energy_balance) < 3.5e-3 and abs(result.volume_change) < 1e-3
     # Rubbing at shear yield along the container takes much more than Coulomb friction.
     assert result.force[-1] > 1.3 * process.run(0.1, 8.0).force[-1]

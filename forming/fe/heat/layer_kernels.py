@@ -206,10 +206,11 @@ def before_step(
     conductance: FloatArray,
     outside: FloatArray,
     power: FloatArray,
+    share: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Conduct in the columns, and say how the flux into them follows from the temperature of the mesh at the surface.
 
-    - `nodes`, `shares`: those around the lower ends; `conductance`, `outside`, `power`: see `Exchange`, for the whole areas.
+    - `nodes`, `shares`: those around the lower ends; `conductance`, `outside`, `power`, `share`: see `Exchange`.
     - returns: depth [mm] and area per radian [mm2]; heat without flux, and what a flux of 1 N/(mm s) adds; shape (n, 4):
       temperature of the surface without flux [K] and per flux, flux at 0 degC [N/(mm s)] and how it falls per kelvin; shape
       (2, n): heat that enters the mesh [N mm/s] and how it falls per kelvin.
@@ -217,6 +218,7 @@ def before_step(
     n = chain.shape[0]
     area = np.zeros(n)
     surface_weights(x, chain, area)
+    area *= share
     depth = column_depths(x, chain, nodes, shares)
     # The surface stretches and the columns become thinner; a column that is too deep now leaves its end to the mesh.
     regridded, spilled = regrid(heat, depth_before * area_before / area, depth, faces)

@@ -48,6 +48,9 @@ class Exchange(NamedTuple):
     outside: FloatArray
     #: Further heat that enters [N mm/s] per radian.
     power: FloatArray
+    #: Share of the nodes' areas through which that goes; None: all. At a corner heat comes in on one side: what lies beside the
+    #: other is heated as in a body that goes on there.
+    share: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -94,10 +97,12 @@ class SurfaceLayer:
         - `old_arc`: arc lengths at which the new nodes stood on the old surface.
         """
         new = SurfaceLayer.below(x, quads, chain)
-        fields = np.column_stack([self.heat, self.depth, self.rise])
+        share = self.area / _areas(before, np.arange(len(before)))
+        fields = np.column_stack([self.heat, self.depth, self.rise, share])
         moved = PchipInterpolator(arc_length(before), fields, axis=0)(old_arc)
         heat, depth, rise = moved[:, :CELLS], moved[:, CELLS], moved[:, CELLS + 1]
-        return replace(new, heat=np.ascontiguousarray(heat), depth=depth, rise=rise)
+        area = new.area * moved[:, CELLS + 2]
+        return replace(new, heat=np.ascontiguousarray(heat), depth=depth, rise=rise, area=area)
 
     def settle(self, x: FloatArray, quads: IntArray, T: FloatArray, capacity: Property) -> SurfaceLayer:
         """Return the layer with its heat laid on the nodes, whose temperatures without it are `T`."""
@@ -147,7 +152,8 @@ class SurfaceLayer:
             value_at(conductivity, surface_T),
             dt,
             STEPS,
-            *exchange,
+            *exchange[:3],
+            np.ones(len(self.chain)) if exchange.share is None else exchange.share,
         )
         coupling = Coupling(self.chain, entering[0], entering[1], self.nodes[1], self.shares[1])
         mesh_T = heat_step(x, quads, mesh_T, source, capacity, conductivity, dt, film, coupling=coupling)

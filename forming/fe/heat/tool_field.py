@@ -13,10 +13,8 @@ from ..mesh.shape import FloatArray, IntArray
 from .properties import Property
 from .surface_layer import Exchange, SurfaceLayer
 
-#: A tool point further from the workpiece than this has no contact [mm].
-NEAR = 0.3
-#: Points of each edge, from 0 to 1, at which its contact is looked up: those of Gauss in both halves, each a quarter of it.
-PLACES: FloatArray = np.array([0.5 * (half + 0.5 + side / 12.0**0.5) for half in (0, 1) for side in (-1, 1)])
+#: Points of Gauss, from 0 to 1, on each piece of a tool edge that the contact covers.
+GAUSS: FloatArray = np.array([0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5])
 
 
 @dataclass(frozen=True)
@@ -57,6 +55,77 @@ def nearest_on_chain(points: FloatArray, chain: FloatArray) -> tuple[IntArray, F
                 fraction[p] = t
         distance[p] = np.sqrt(best)
     return edge, fraction, distance
+
+
+@njit(cache=True)
+def covered(
+    surface: FloatArray,
+    body: FloatArray,
+    touching: np.ndarray,
+    facing: FloatArray,
+    T: FloatArray,
+    power: FloatArray,
+) -> FloatArray:
+    """Return contact area per radian, that times the workpiece's temperature, and heat at tool nodes, shape (3, n_s).
+
+    Each edge of the workpiece in contact is laid onto the tool, and its area spread over what it covers there. So all three
+    follow the positions without a jump, and sum up to what the workpiece has. An edge with one end in contact counts by half.
+
+    - `surface`, shape (n_s, 2): tool surface nodes; the others are as in `ToolField.step`.
+    """
+    n_edges = body.shape[0] - 1
+    edges = np.empty(n_edges, np.int64)
+    starts, ends = np.empty(n_edges), np.empty(n_edges)
+    points = np.empty((2 * n_edges, 2))
+    count = 0
+    for e in range(n_edges):
+        if facing[e] <= 0.0 or not (touching[e] or touching[e + 1]):
+            continue
+        edges[count] = e
+        starts[count] = 0.0 if touching[e] else 0.5
+        ends[count] = 1.0 if touching[e + 1] else 0.5
+        for i in range(2):
+            points[2 * count, i] = body[e, i] + starts[count] * (body[e + 1, i] - body[e, i])
+            points[2 * count + 1, i] = body[e, i] + ends[count] * (body[e + 1, i] - body[e, i])
+        count += 1
+    at_nodes = np.zeros((3, surface.shape[0]))
+    below, fraction, _ = nearest_on_chain(points[: 2 * count], surface)
+    arc = np.zeros(surface.shape[0])
+    for k in range(surface.shape[0] - 1):
+        arc[k + 1] = arc[k] + np.hypot(surface[k + 1, 0] - surface[k, 0], surface[k + 1, 1] - surface[k, 1])
+    for j in range(count):
+        e = edges[j]
+        k0, k1 = below[2 * j], below[2 * j + 1]
+        first = arc[k0] + fraction[2 * j] * (arc[k0 + 1] - arc[k0])
+        last = arc[k1] + fraction[2 * j + 1] * (arc[k1 + 1] - arc[k1])
+        length = np.hypot(body[e + 1, 0] - body[e, 0], body[e + 1, 1] - body[e, 1])
+        # Where only one end touches, its values hold.
+        start = e if touching[e] else e + 1
+        end = e + 1 if touching[e + 1] else e
+        way = last - first
+        if abs(way) < 1e-12:
+            k1 = k0
+        for k in range(min(k0, k1), max(k0, k1) + 1):
+            # Places on the edge, 0 at the first and 1 at the last, between which it covers this edge of the tool.
+            low, high = 0.0, 1.0
+            if k0 != k1:
+                a, b = (arc[k] - first) / way, (arc[k + 1] - first) / way
+                low, high = max(0.0, min(a, b)), min(1.0, max(a, b))
+            for g in GAUSS:
+                t = low + g * (high - low)
+                u = starts[j] + t * (ends[j] - starts[j])
+                v = (first + t * way - arc[k]) / (arc[k + 1] - arc[k])
+                radius = body[e, 0] + u * (body[e + 1, 0] - body[e, 0])
+                area = 0.5 * (high - low) * (ends[j] - starts[j]) * facing[e] * length * radius
+                warm = area * (T[start] + u * (T[end] - T[start]))
+                heat = area * (power[start] + u * (power[end] - power[start]))
+                at_nodes[0, k] += (1.0 - v) * area
+                at_nodes[0, k + 1] += v * area
+                at_nodes[1, k] += (1.0 - v) * warm
+                at_nodes[1, k + 1] += v * warm
+                at_nodes[2, k] += (1.0 - v) * heat
+                at_nodes[2, k + 1] += v * heat
+    return at_nodes
 
 
 @dataclass
@@ -132,7 +201,7 @@ class ToolField:
     ) -> None:
         """Advance by `dt` [s] in contact with a workpiece surface.
 
-        A tool node is heated over that part of its area which the contact covers. Where it ends, half of the next edge
+        Tool nodes are heated over that part of their area which the contact covers. Where it ends, half of the next edge
         counts, as far as this faces the tool: as much as the last workpiece node holds.
 
         - `body`, shape (n, 2): workpiece surface nodes in the tool's frame.
@@ -142,24 +211,7 @@ class ToolField:
           [N/(mm s)].
         - `htc`: heat transfer coefficient [N/(mm s K)].
         """
-        points = self.x[self.surface]
-        sides = np.diff(points, axis=0)
-        places = (points[:-1, None] + PLACES[:, None] * sides[:, None]).reshape(-1, 2)
-        edge, u, distance = nearest_on_chain(places, body)
-        first, second, ahead = touching[edge], touching[edge + 1], 0.5 * facing[edge] ** 2
-        on = (first & (u < ahead)) | (second & (1.0 - u < ahead)) | (first & second)
-        covered = (distance < NEAR) & on
-        areas = covered * np.repeat(np.hypot(*sides.T) / len(PLACES), len(PLACES)) * places[:, 0]
-        u0 = 1.0 - u
-        # Conductance, that times the temperature of the workpiece, and heat of friction.
-        exchanged = np.empty((3, len(areas)))
-        exchanged[0] = areas * htc
-        exchanged[1] = areas * (htc * (u0 * T[edge] + u * T[edge + 1]))
-        exchanged[2] = areas * (u0 * power[edge] + u * power[edge + 1])
-        of_edges = exchanged.reshape(3, -1, len(PLACES))
-        at_nodes = np.zeros((3, len(self.surface)))
-        at_nodes[:, :-1] = of_edges @ (1.0 - PLACES)
-        at_nodes[:, 1:] += of_edges @ PLACES
+        area, warm, heat = covered(self.x[self.surface], body, touching, facing, T, power)
         layer = self.layer or SurfaceLayer.below(self.x, self.quads, self.surface)
         self.layer, self.T = layer.step(
             self.x,
@@ -169,6 +221,6 @@ class ToolField:
             self.steel.capacity,
             self.steel.conductivity,
             dt,
-            Exchange(*at_nodes),
+            Exchange(htc * area, htc * warm, heat),
             film=(self.far, np.full(len(self.far), 1e6), np.full(len(self.far), self.far_T)),
         )

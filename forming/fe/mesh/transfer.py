@@ -121,7 +121,11 @@ def locate(
                         xe[a, 0] = x[quads[e, a], 0]
                         xe[a, 1] = x[quads[e, a], 1]
                     xi, eta = local_coordinates(pr, pz, xe)
-                    d = max(abs(xi), abs(eta)) + _miss(pr, pz, xi, eta, xe)
+                    d = max(abs(xi), abs(eta))
+                    miss = _miss(pr, pz, xi, eta, xe)
+                    # What missed is outside, however small the coordinates: else it beats the element whose side is at the point.
+                    if miss > 0.0:
+                        d = max(d, 1.0) + miss
                     if d < distance:
                         distance = d
                         nearest = e

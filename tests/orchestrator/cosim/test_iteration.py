@@ -83,13 +83,15 @@ def settling(tiny: dict[str, Path]) -> tuple[FixedPointIteration, Port]:
     outputs = {}
     for link in wiring.links:
         outputs[link.source] = Port(link.sources)
-    return FixedPointIteration(wiring.links, outputs), outputs["forming"]
+    return FixedPointIteration(wiring.links, outputs, ["friction", "forming"]), outputs["forming"]
 
 
 def test_what_a_solver_cannot_resolve_counts_as_agreement(tiny: dict[str, Path]) -> None:
     follows, loads = settling(tiny)
     follows.begin()
     for repetition in range(1, 30):
+        if repetition > 1:
+            follows.pass_on()
         # The solver stops somewhere within 1e-6 of the solution.
         loads.values[:] = 100.0 * (1.0 + 1e-6 * (-1) ** repetition)
         if follows.converged():
@@ -102,8 +104,24 @@ def test_a_coarse_swing_does_not_count_as_agreement(tiny: dict[str, Path]) -> No
     follows, loads = settling(tiny)
     follows.begin()
     for repetition in range(1, 30):
+        if repetition > 1:
+            follows.pass_on()
         loads.values[:] = 100.0 * (1.0 + 1e-3 * (-1) ** repetition)
         assert not follows.converged()
+
+
+def test_the_same_from_two_means_does_not_count_as_agreement(tiny: dict[str, Path]) -> None:
+    """Up to 76 all gives 100, and 100 gives nothing: the means 50 and 75 give the same, and the solution is 85.88."""
+    follows, loads = settling(tiny)
+    follows.begin()
+    for repetition in range(1, 51):
+        if repetition > 1:
+            follows.pass_on()
+        loads.values[:] = np.interp(loads.values, [76.0, 90.0, 100.0], [100.0, 80.0, 0.0])
+        if follows.converged():
+            break
+    assert repetition > DAMPED_AFTER
+    np.testing.assert_allclose(loads.values, (100.0 + 76.0 / 0.7) / (1.0 + 1.0 / 0.7), rtol=1e-7)
 
 
 def test_a_point_that_touches_in_every_other_repetition_keeps_the_friction_of_the_start(
