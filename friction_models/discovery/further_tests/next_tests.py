@@ -117,7 +117,7 @@ def _for_question(
     if len(fits) < 2:
         return [], []
     prior = np.r_[(1.0 - doubt) * weight / weight.sum(), doubt]
-    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given)
+    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given, _allowance(rivals))
     named = known.names
     single = [([t], known.predict([t])) for t in tests] if len(named) > 1 else []
     entries = []
@@ -135,16 +135,12 @@ def _for_question(
 
 
 def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:
-    """Return the effects that may be true, the winner first, with their weights.
-
-    Evidence is twice the logarithm of a likelihood; where it is large, differences count as much less as they may be a
-    matter of formulas (`SAME`).
-    """
+    """Return the effects that may be true, the winner first, with their weights."""
     if not rivals:
         return [], np.empty(0)
     first, names = rivals[0], [f.name for f in rivals]
     largest = max(f.evidence for f in rivals)
-    scale = max(1.0, SAME * largest / ENOUGH**2)
+    scale = _allowance(rivals)
     others = [f for f in found.ranking if f.name not in names and f.gain > 0.0]
     weight = {}
     for place, fit in enumerate([*rivals, *others]):
@@ -160,6 +156,14 @@ def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tu
     by_name = {f.name: f for f in [*rivals, *others]}
     kept = kept[:MOST_EFFECTS]
     return [by_name[n] for n in kept], np.array([weight[n] for n in kept])
+
+
+def _allowance(rivals: list[Fit]) -> float:
+    """Return by how much less a lead in evidence counts than twice the logarithm of a likelihood.
+
+    Where evidence is large, a lead may be a matter of formulas (`SAME`): one that large counts as `ENOUGH` standard errors.
+    """
+    return max(1.0, SAME * max(f.evidence for f in rivals) / ENOUGH**2)
 
 
 def _tied(campaign: BinnedTests, first: Fit, other: Fit) -> bool:
