@@ -25,6 +25,7 @@ from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import driven_by_load
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .deviations import Deviations
+from .formula_error import owed
 from .information import Outcomes
 from .protocols import POINTS, PlannedTest
 
@@ -99,6 +100,8 @@ class Hypotheses:
         # Where existing tests do not follow the formulas to the noise, new ones will not either.
         doubts = [rivalry(campaign, found, fits[:1], [f]).overdispersion for f in fits[1:]]
         self.overdispersion = float(np.average(doubts, weights=prior[1:-1])) if doubts else 1.0
+        best = {k: max(f.evidence for f in fits if self.place[f.name] == k) for k in range(len(self.names))}
+        self._owed = owed(np.array([*best.values(), max(best.values())]), allowance) / self.overdispersion
         self.possible = [self._of_effect(f) for f in self.fits] + [self._of_none()]
 
     def terms(self, loads: FloatArray, degree: int | None = None) -> FloatArray:
@@ -241,9 +244,8 @@ class Hypotheses:
                 share.append(p.share * self.prior[h] / self._joined[self._owner[h]])
                 means.append(design @ p.mean)
                 covariances.append(spread @ spread.T + scatter)
-        return Outcomes(
-            self._joined, np.array(owner), np.array(share), np.array(means), np.array(covariances)
-        )
+        normal = np.array(owner), np.array(share), np.array(means), np.array(covariances)
+        return Outcomes(self._joined, *normal, self._owed)
 
     def _scatter(self, test: PlannedTest) -> FloatArray:
         """Return the covariance of the parts of a new test: its own offset, drift along it, sensor noise."""

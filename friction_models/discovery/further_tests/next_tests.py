@@ -20,10 +20,10 @@ from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.significance import SAME
 from ...estimation.search.unseen_loads import driven_by_load
 from ...estimation.search.zero_reading import ZERO, expected, zero_is_known
 from ...loads import LOAD_NAMES, FloatArray
+from .formula_error import allowance
 from .hypotheses import ORDER, Hypotheses
 from .information import Outcomes
 from .protocols import READING, PlannedTest, PlanRow, SetPoints, possible_tests
@@ -117,7 +117,8 @@ def _for_question(
     if len(fits) < 2:
         return [], []
     prior = np.r_[(1.0 - doubt) * weight / weight.sum(), doubt]
-    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given, _allowance(rivals))
+    allowed = allowance(max(f.evidence for f in rivals), ENOUGH)
+    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given, allowed)
     named = known.names
     single = [([t], known.predict([t])) for t in tests] if len(named) > 1 else []
     entries = []
@@ -140,7 +141,7 @@ def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tu
         return [], np.empty(0)
     first, names = rivals[0], [f.name for f in rivals]
     largest = max(f.evidence for f in rivals)
-    scale = _allowance(rivals)
+    scale = allowance(largest, ENOUGH)
     others = [f for f in found.ranking if f.name not in names and f.gain > 0.0]
     weight = {}
     for place, fit in enumerate([*rivals, *others]):
@@ -156,14 +157,6 @@ def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tu
     by_name = {f.name: f for f in [*rivals, *others]}
     kept = kept[:MOST_EFFECTS]
     return [by_name[n] for n in kept], np.array([weight[n] for n in kept])
-
-
-def _allowance(rivals: list[Fit]) -> float:
-    """Return by how much less a lead in evidence counts than twice the logarithm of a likelihood.
-
-    Where evidence is large, a lead may be a matter of formulas (`SAME`): one that large counts as `ENOUGH` standard errors.
-    """
-    return max(1.0, SAME * max(f.evidence for f in rivals) / ENOUGH**2)
 
 
 def _tied(campaign: BinnedTests, first: Fit, other: Fit) -> bool:
