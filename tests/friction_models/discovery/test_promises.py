@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.further_tests import next_tests
+from friction_models.discovery.further_tests import hypotheses, next_tests
 from friction_models.discovery.further_tests.hypotheses import Hypotheses
 from friction_models.discovery.further_tests.information import Outcomes
 from friction_models.discovery.further_tests.protocols import POINTS, PlannedTest
@@ -137,3 +138,14 @@ def test_a_weak_effect_owes_nothing_to_formulas(asked: tuple[Any, ...]) -> None:
     *others, _ = asked
     outcomes = Hypotheses(*others).predict([along(LENGTH * (np.arange(POINTS) + 1.0) / POINTS)])
     assert outcomes.owed is not None and not outcomes.owed.any()
+
+
+def test_what_is_owed_counts_as_much_less_as_all_leads_do(
+    asked: tuple[Any, ...], known: Hypotheses, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the leads of existing tests scatter more than the noise says, a new one is divided by as much."""
+    monkeypatch.setattr(hypotheses, "rivalry", lambda *_: SimpleNamespace(overdispersion=4.0))
+    test = along(LENGTH * (np.arange(POINTS) + 1.0) / POINTS)
+    usual, scattered = (h.predict([test]).owed for h in (known, Hypotheses(*asked)))
+    assert usual is not None and scattered is not None
+    assert 4.0 * scattered == pytest.approx(known.overdispersion * usual)
