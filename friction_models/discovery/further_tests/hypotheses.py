@@ -3,7 +3,7 @@
 A hypothesis is the base, refitted, with one effect whose form may deviate from its formula by smooth curves along its loads, as
 the ranking allows it (`estimation.search.form_error`); or with any smooth curves along all loads: none of the catalogue. The
 existing tests leave the coefficients of each normally distributed, one normal distribution for each set of shape parameters
-that they allow.
+that they allow. A lead in evidence that may be a matter of formulas rules no shape out: a rival can be refitted to a new test.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit, drops
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import driven_by_load
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .deviations import Deviations
+from .formula_error import owed
 from .information import Outcomes
 from .protocols import POINTS, PlannedTest
 
@@ -58,7 +59,7 @@ class Hypotheses:
 
     `mu`, shape (n,), is the friction of the base at every point, for effects that need one; `prior`, shape (len(fits) + 1,),
     the probability of each effect, that of none last; `tests` are all that may be asked for. Effects that are `given` are there
-    whichever holds, with the shapes of their fits; the search `found` was made beside them.
+    whichever holds, with the shapes of their fits; the search `found` was made beside them. A lead in evidence counts for 1/`allowance`.
     Effects that no load drives count as one: no setting of a rig tells them apart. `place` holds the number of each effect.
     """
 
@@ -72,8 +73,9 @@ class Hypotheses:
         prior: FloatArray,
         tests: Sequence[PlannedTest],
         given: Sequence[Fit] = (),
+        allowance: float = 1.0,
     ) -> None:
-        self.given = given
+        self.given, self.allowance = given, allowance
         self.campaign, self.found, self.fits, self.prior = campaign, found, list(fits), prior
         unloaded = [f for f in self.fits if not driven_by_load(f.effect)]
         self.names = [f.name for f in self.fits if f not in unloaded[1:]]
@@ -89,13 +91,17 @@ class Hypotheses:
         # mu drives heat and work of an effect: along a new test it changes as the base says
         levels = self.terms(campaign.average(array), max(self.degree, 1))
         self.friction = np.linalg.lstsq(levels, campaign.average(mu), rcond=1e-9)[0]
+        self.farthest = float(campaign.loads.sd.max())
         self.deviations = Deviations(campaign, tests)
         self._white_base = found.whiten(self.terms(campaign.average(array)))
         self._white_y = found.whiten(found.y)
+        self._tests = tests  # kept, so that no other test gets the identity by which one is known below
         self._new: dict[tuple[int, str], FloatArray] = {}
         # Where existing tests do not follow the formulas to the noise, new ones will not either.
         doubts = [rivalry(campaign, found, fits[:1], [f]).overdispersion for f in fits[1:]]
         self.overdispersion = float(np.average(doubts, weights=prior[1:-1])) if doubts else 1.0
+        best = {k: max(f.evidence for f in fits if self.place[f.name] == k) for k in range(len(self.names))}
+        self._owed = owed(np.array([*best.values(), max(best.values())]), allowance) / self.overdispersion
         self.possible = [self._of_effect(f) for f in self.fits] + [self._of_none()]
 
     def terms(self, loads: FloatArray, degree: int | None = None) -> FloatArray:
@@ -105,6 +111,17 @@ class Hypotheses:
         for d in range(1, (self.degree if degree is None else degree) + 1):
             columns += [np.prod(z[:, list(c)], axis=1) for c in combinations_with_replacement(range(5), d)]
         return np.column_stack(columns)
+
+    def _ahead(self, loads: TriboLoads, degree: int | None = None) -> FloatArray:
+        """Return what the base may follow along a further test, shape (n, p).
+
+        Beyond the tested distance it stays level. Its trend along the tests makes up for what an effect does there, by another
+        amount beside each effect; carried on it would tell them apart by what none of them says.
+        """
+        array = loads.as_array()
+        column = LOAD_NAMES.index("sd")
+        array[:, column] = np.minimum(array[:, column], self.farthest)
+        return self.terms(array, degree)
 
     # --- what the existing tests leave ------------------------------------------------------------
 
@@ -117,7 +134,7 @@ class Hypotheses:
         u, s, _ = np.linalg.svd(found.project(found.whiten(bends)), full_matrices=False)
         signal = fit.signal
         variance = FORM_ERROR**2 * float(signal @ signal) / max(float(s @ s), 1e-300)
-        taken = variance * s**2 / (1.0 + variance * s**2)
+        taken = variance * s**2 / (self.allowance + variance * s**2)
         some = prepared.columns[:, chosen]
         m, sets, amplitudes = some.shape
         along = (u.T @ some.reshape(m, -1)).reshape(-1, sets, amplitudes)
@@ -127,7 +144,7 @@ class Hypotheses:
         )
         part = replace(prepared, columns=some, gram=gram, usable=prepared.usable[chosen])
         drop, best = drops(part, scores)
-        likely = np.exp(0.5 * (drop - drop.max())) * (drop > 0.0)
+        likely = np.exp(0.5 * (drop - drop.max()) / self.allowance) * (drop > 0.0)
         likely = np.where(likely < UNLIKELY, 0.0, likely)
         if not likely.any():
             likely[chosen.index(fit.index)] = 1.0
@@ -161,7 +178,7 @@ class Hypotheses:
     ) -> _Possible:
         white = self.found.whiten
         columns = np.column_stack([columns, *(f.columns for f in self.given)])
-        design = np.column_stack([self._white_base, white(columns), white(bends)])
+        design = np.column_stack([self._white_base, white(columns), white(bends)]) / np.sqrt(self.allowance)
         scale = np.linalg.norm(design, axis=0)
         scale = np.where(scale > 0.0, scale, 1.0)
         design = design / scale
@@ -171,7 +188,7 @@ class Hypotheses:
             np.full(free, FLAT), 1.0 / np.maximum(variance * scale[free:] ** 2, 1e-12)
         ]
         root = np.linalg.inv(np.linalg.cholesky(precision)).T
-        mean = root @ (root.T @ (design.T @ self._white_y))
+        mean = root @ (root.T @ (design.T @ self._white_y)) / np.sqrt(self.allowance)
         return _Possible(index, used, share, mean / scale, root / scale[:, None])
 
     @staticmethod
@@ -209,7 +226,7 @@ class Hypotheses:
             order = [p.index for p in sets if p.index is not None]
             known = [
                 (
-                    _parts(self.terms(t.loads.as_array())),
+                    _parts(self._ahead(t.loads)),
                     [*(self._basis(f, [f.index], t)[:, 0] for f in self.given), self._bends(fit, t)],
                 )
                 for t in tests
@@ -227,9 +244,8 @@ class Hypotheses:
                 share.append(p.share * self.prior[h] / self._joined[self._owner[h]])
                 means.append(design @ p.mean)
                 covariances.append(spread @ spread.T + scatter)
-        return Outcomes(
-            self._joined, np.array(owner), np.array(share), np.array(means), np.array(covariances)
-        )
+        normal = np.array(owner), np.array(share), np.array(means), np.array(covariances)
+        return Outcomes(self._joined, *normal, self._owed)
 
     def _scatter(self, test: PlannedTest) -> FloatArray:
         """Return the covariance of the parts of a new test: its own offset, drift along it, sensor noise."""
@@ -257,7 +273,7 @@ class Hypotheses:
         system = {
             k: np.full((POINTS, 1), self._metadata(k, v, test)) for k, v in self.campaign.system.items()
         }
-        friction = np.maximum(self.terms(loads.as_array(), max(self.degree, 1)) @ self.friction, 1e-4)
+        friction = np.maximum(self._ahead(loads, max(self.degree, 1)) @ self.friction, 1e-4)
         made = BinnedTests(
             loads, friction, ["new"], np.array([0]), np.arange(POINTS), np.ones(POINTS),
             np.zeros(POINTS, dtype=int), np.arange(POINTS), loads.sd, system,

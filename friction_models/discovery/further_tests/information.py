@@ -40,6 +40,8 @@ class Outcomes:
     share: FloatArray  #: Its share in the mixture of the hypothesis, shape (c,).
     mean: FloatArray  #: Shape (c, n).
     covariance: FloatArray  #: Shape (c, n, n).
+    #: How much of a lead of each hypothesis over each other one may be a matter of formulas, shape (h, h).
+    owed: FloatArray | None = None
 
     @cached_property
     def _drawn(self) -> tuple[npt.NDArray[np.intp], FloatArray, FloatArray]:
@@ -86,14 +88,15 @@ class Outcomes:
     def separation(self, first: int, second: int) -> float:
         """Return by how many standard errors the true one of two hypotheses should lead after the test.
 
-        The root of the lead that twice the logarithm of the likelihood shows: the median over the outcomes, whichever of the two
-        is true, by their probabilities.
+        The root of the lead that twice the logarithm of the likelihood shows, beyond what is owed to formulas: the median over the
+        outcomes, whichever of the two is true, by their probabilities.
         """
         source, weight, density = self._drawn
         leads, weights = [], []
         for truth, rival in ((first, second), (second, first)):
             own = self.owner[source] == truth
-            leads.append(2.0 * (density[own, truth] - density[own, rival]))
+            owed = 0.0 if self.owed is None else float(self.owed[truth, rival])
+            leads.append(2.0 * (density[own, truth] - density[own, rival]) - owed)
             weights.append(weight[own])
         lead, share = np.concatenate(leads), np.concatenate(weights)
         order = np.argsort(lead)

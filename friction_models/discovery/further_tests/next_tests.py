@@ -20,10 +20,10 @@ from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.significance import SAME
 from ...estimation.search.unseen_loads import driven_by_load
 from ...estimation.search.zero_reading import ZERO, expected, zero_is_known
 from ...loads import LOAD_NAMES, FloatArray
+from .formula_error import allowance
 from .hypotheses import ORDER, Hypotheses
 from .information import Outcomes
 from .protocols import READING, PlannedTest, PlanRow, SetPoints, possible_tests
@@ -117,7 +117,8 @@ def _for_question(
     if len(fits) < 2:
         return [], []
     prior = np.r_[(1.0 - doubt) * weight / weight.sum(), doubt]
-    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given)
+    allowed = allowance(max(f.evidence for f in rivals), ENOUGH)
+    known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given, allowed)
     named = known.names
     single = [([t], known.predict([t])) for t in tests] if len(named) > 1 else []
     entries = []
@@ -135,16 +136,12 @@ def _for_question(
 
 
 def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:
-    """Return the effects that may be true, the winner first, with their weights.
-
-    Evidence is twice the logarithm of a likelihood; where it is large, differences count as much less as they may be a
-    matter of formulas (`SAME`).
-    """
+    """Return the effects that may be true, the winner first, with their weights."""
     if not rivals:
         return [], np.empty(0)
     first, names = rivals[0], [f.name for f in rivals]
     largest = max(f.evidence for f in rivals)
-    scale = max(1.0, SAME * largest / ENOUGH**2)
+    scale = allowance(largest, ENOUGH)
     others = [f for f in found.ranking if f.name not in names and f.gain > 0.0]
     weight = {}
     for place, fit in enumerate([*rivals, *others]):
