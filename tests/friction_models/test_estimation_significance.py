@@ -94,6 +94,35 @@ def test_scatter_that_is_hardly_known_does_not_hide_what_every_test_shows_along_
     assert np.mean(found) > 0.75
 
 
+def courses_and_levels(rng: np.random.Generator, level: float) -> dict[str, float]:
+    """Return p-values of forty tests, each with a course of its own along it that the floor does not know.
+
+    Three columns differ from test to test, three along every test; the data hold `level` times the first of the former.
+    """
+    test = np.repeat(np.arange(40), BINS)
+    ones, project = np.ones(len(test)), Projector(np.ones((len(test), 1)))
+    columns = {f"level{k}": rng.normal(size=40)[test] for k in range(3)}
+    place = np.tile(np.linspace(-1.0, 1.0, BINS), 40)
+    columns |= {f"course{k}": place ** (k + 1) for k in range(3)}
+    prepared = [
+        prepare_candidate(candidate(n, c[:, None, None]), lambda v: v, project) for n, c in columns.items()
+    ]
+    measured = project(
+        rng.normal(size=len(test)) + 5.0 * rng.normal(size=40)[test] * place + level * columns["level0"]
+    )
+    noise = null_noise(measured, ones, test, Freedom(30.0, 300.0), rng, REPLICATES)
+    told = Significance(prepared, simulate(prepared, project, noise), ones, test)
+    return {f.name: told.p_value(f.name, f.gain) for f in rank(prepared, measured)}
+
+
+def test_what_happens_along_the_tests_does_not_hide_what_sets_them_apart() -> None:
+    rng = np.random.default_rng(8)
+    alarms = [min(courses_and_levels(rng, 0.0).values()) < 0.05 for _ in range(200)]
+    assert np.mean(alarms) < 0.09
+    found = [courses_and_levels(rng, 0.3)["level0"] < 0.05 for _ in range(40)]
+    assert np.mean(found) > 0.9
+
+
 def test_an_effect_that_the_data_could_not_show_is_not_significant() -> None:
     rng = np.random.default_rng(4)
     prepared = catalogue(rng, effects=1, sets=1)
