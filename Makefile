@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 # Python compiles what it imports, a third of what there is; pip would compile all.
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 STAMP := $(VENV)/.installed
+# Kept, also where the environment says no: each process of the tests, and each command they start, would compile its libraries anew.
+unexport PYTHONDONTWRITEBYTECODE
 # Tests need more: their own tools, and the simulators of others in which our FMUs must run.
 TESTING := $(VENV)/.installed-testing
 WORKBENCH := $(VENV)/.installed-app

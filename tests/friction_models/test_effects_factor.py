@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import pickle
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ import pytest
 from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, load_model
 from friction_models.common import InputError
-from friction_models.discovery import diagnose, refine
+from friction_models.discovery import Diagnosis, diagnose, refine
 from friction_models.effects import CATALOGUE, factor_effect, known_effect, make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.campaign.factors import factors_of
@@ -77,9 +79,15 @@ def damp_days(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
 SEEDS = [(range(2), 0), pytest.param(range(5), 1, marks=pytest.mark.nightly)]
 
 
+@cache
+def answer_of(made: Callable[[int], tuple[pd.DataFrame, pd.DataFrame]], seed: int) -> Diagnosis:
+    """Return the answer for made-up tests; several tests of this module ask for the same."""
+    return diagnose(*made(seed))
+
+
 @pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
 def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range, wrong: int) -> None:
-    answers = [diagnose(*one_operator(seed)) for seed in seeds]
+    answers = [answer_of(one_operator, seed) for seed in seeds]
     named = [a for a in answers if a.effects == ["factor:operator"]]
     assert len(named) >= len(seeds) - wrong and all(a.verdict == "explained" for a in named)
     assert not any(set(a.effects) - {"factor:operator"} for a in answers)
@@ -91,7 +99,7 @@ def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range,
 
 @pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
 def test_a_number_that_shifts_friction_linearly_is_named(seeds: range, wrong: int) -> None:
-    answers = [diagnose(*damp_days(seed)) for seed in seeds]
+    answers = [answer_of(damp_days, seed) for seed in seeds]
     named = [a for a in answers if a.effects == ["factor:humidity"]]
     assert len(named) >= len(seeds) - wrong
     slopes = [a.parameters["factor:humidity"]["values"] for a in named]
@@ -100,7 +108,7 @@ def test_a_number_that_shifts_friction_linearly_is_named(seeds: range, wrong: in
 
 
 @pytest.mark.parametrize(
-    ("seeds", "wrong"), [(range(4), 0), pytest.param(range(4, 12), 1, marks=pytest.mark.nightly)]
+    ("seeds", "wrong"), [(range(2), 0), pytest.param(range(2, 12), 1, marks=pytest.mark.nightly)]
 )
 def test_columns_that_mean_nothing_are_hardly_ever_named(seeds: range, wrong: int) -> None:
     answers = [diagnose(*campaign(seed)) for seed in seeds]
@@ -195,10 +203,10 @@ def test_the_choice_of_columns() -> None:
 
 def test_answers_do_not_depend_on_the_order_of_columns_and_a_given_catalogue_has_no_factors() -> None:
     data, tests = one_operator(0)
-    found = diagnose(data, tests)
+    found = answer_of(one_operator, 0)
     assert found.effects == ["factor:operator"]
     assert diagnose(data, tests[tests.columns[::-1]]).to_dict() == found.to_dict()
-    plain = diagnose(data, tests, catalogue=CATALOGUE)
+    plain = diagnose(data, tests, catalogue=["stribeck", "thermal_softening", "wear_out"])
     assert not any(r["effect"].startswith("factor:") for r in plain.ranking)
     known = refine(data, tests, add="factor:operator")
     again = diagnose(data, tests, model=known)

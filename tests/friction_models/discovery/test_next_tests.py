@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
@@ -310,18 +311,22 @@ def test_no_proposal_sets_a_load_that_the_data_lack() -> None:
             assert not columns & set(test.row) and not any(k.startswith(lacking) for k in test.setpoints)
 
 
-def falling_and_running_in(seed: int, along: float = 0.01) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tests whose friction falls with speed, and by `along` in the course of the test."""
+THREE = ("stribeck", "running_in", "rate_state")
+
+
+@cache
+def falling_and_running_in(along: float, catalogue: tuple[str, ...]) -> Diagnosis:
+    """Diagnose tests whose friction falls with speed, and by `along` in the course of the test."""
     rows = list(product((300.0, 900.0, 2000.0), (5.0, 25.0, 100.0, 400.0), (20.0, 200.0)))
-    points, tests = made(rows, "T", seed)
+    points, tests = made(rows, "T")
     points["mu"] += 0.045 / (1.0 + (points["v_rel"] / 30.0) ** 2)
     points["mu"] += along * np.exp(-((points["sd"] / 2.5) ** 0.8))
-    return points, tests
+    return diagnose(points, tests, catalogue=catalogue)
 
 
-@pytest.mark.parametrize("catalogue", [["stribeck", "running_in", "rate_state"], ["stribeck", "running_in"]])
-def test_several_names_are_not_told_from_each_other(catalogue: list[str]) -> None:
-    found = diagnose(*falling_and_running_in(0), catalogue=catalogue)
+@pytest.mark.parametrize("catalogue", [THREE, THREE[:2]], ids=len)
+def test_several_names_are_not_told_from_each_other(catalogue: tuple[str, ...]) -> None:
+    found = falling_and_running_in(0.01, catalogue)
     assert set(found.effects) == {"stribeck", "running_in"}
     asked = {frozenset(n["separates"]) for n in found.next_tests}
     assert asked == ({frozenset({"running_in", "rate_state"})} if "rate_state" in catalogue else set())
@@ -334,11 +339,10 @@ def test_what_unseen_tests_leave_far_behind_is_no_rival(along: float) -> None:
 
     One of many standard errors on unseen tests is none, nor is one of two where the leads of single tests agree by as many.
     """
-    catalogue = ["stribeck", "running_in", "rate_state"]
-    found = diagnose(*falling_and_running_in(0, along=along), catalogue=catalogue)
+    found = falling_and_running_in(along, THREE)
     assert (found.verdict, set(found.effects)) == ("explained", {"stribeck", "running_in"})
     assert "rate_state" not in found.confusion_set
-    weak = diagnose(*falling_and_running_in(0), catalogue=catalogue)
+    weak = falling_and_running_in(0.01, THREE)
     assert (weak.verdict, weak.confusion_set[-1]) == ("ambiguous", "rate_state")
 
 

@@ -79,7 +79,9 @@ def test_memory_that_shows_after_changes_of_speed_is_named() -> None:
     ("law", "recipe", "first"),
     [
         ("breakdown_weibull", "random_walk", "thermal_breakdown"),
-        ("breakdown_desorption", "heteroscedastic", "thermal_breakdown"),
+        pytest.param(
+            "breakdown_desorption", "heteroscedastic", "thermal_breakdown", marks=pytest.mark.nightly
+        ),
         ("breakdown_index", "heteroscedastic", "hot_pressure_breakdown"),
     ],
 )

@@ -7,6 +7,7 @@ from math import erf
 
 import numpy as np
 import pandas as pd
+import pytest
 from scipy.stats import qmc
 
 from friction_models.discovery import Diagnosis, diagnose
@@ -40,13 +41,16 @@ def test_thin_data_say_what_could_hide() -> None:
     assert with_temperature(found) > 0.03
 
 
-def test_the_size_is_that_from_which_on_effects_are_seen() -> None:
+@pytest.mark.parametrize(
+    ("seeds", "missed"), [((0, 1), 0), pytest.param((0, 1, 2, 3, 4, 6, 7), 1, marks=pytest.mark.nightly)]
+)
+def test_the_size_is_that_from_which_on_effects_are_seen(seeds: tuple[int, ...], missed: int) -> None:
     seen, nothing = {0.4: 0, 1.3: 0}, 0
-    for seed in (0, 1, 2, 3, 4, 6, 7):
+    for seed in seeds:
         found = diagnose(averages(seed, 36))
         nothing += found.verdict == "nothing_missing"
         for share in seen:
             seen[share] += bool(diagnose(averages(seed, 36, share * with_temperature(found))).effects)
-    assert nothing == 7
-    assert seen[1.3] >= 6
-    assert seen[0.4] <= 2
+    assert nothing == len(seeds)
+    assert seen[1.3] >= len(seeds) - missed
+    assert seen[0.4] <= 2 * missed

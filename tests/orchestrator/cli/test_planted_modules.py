@@ -106,7 +106,7 @@ def said(place: Path, *words: str) -> tuple[str, set[str]]:
         ("pack sine.onnx --target python -o sine.fmu", 0),
         ("check law.fmu", 1),
         ("simulate system.yaml -o run", 0),
-        ("predict linear --data data -o predicted.csv", 0),
+        pytest.param("predict linear --data data -o predicted.csv", 0, marks=pytest.mark.nightly),
     ],
 )
 def test_no_command_runs_what_lies_in_the_current_folder(place: Path, command: str, code: int) -> None:
@@ -123,7 +123,11 @@ LONG = {
 
 
 @needs_proc
-@pytest.mark.parametrize("command", LONG.values(), ids=LONG)
+@pytest.mark.parametrize(
+    "command",
+    # Both start the same pool of processes.
+    [pytest.param(c, id=k, marks=pytest.mark.nightly if k == "lab" else ()) for k, c in LONG.items()],
+)
 def test_no_process_runs_what_lies_in_the_current_folder(place: Path, command: str) -> None:
     traces = traces_of(place)
     code, output, errors = interrupted([COMMAND, *command.split()], place, has_workers, TRACES=str(traces))
