@@ -22,6 +22,7 @@ from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.factors import factors_of
+from ..estimation.campaign.metadata import NOT_METADATA
 from ..estimation.campaign.own_heat import without_own_heat
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
 from ..estimation.noise.odd_tests import odd_tests, without_tests
@@ -187,8 +188,10 @@ def _check_enough(campaign: BinnedTests, base: BaseLaw) -> None:
     Raises InputError: no load varies, or hardly more averages than the base has numbers.
     """
     if not any(campaign.varies(n) for n in LOAD_NAMES):
+        names = [n for n, c in sorted(campaign.system.items()) if n not in NOT_METADATA and np.ptp(c) > 0.0]
+        alone = f", nor about columns of the test table ({', '.join(names[:6])}) alone" if names else ""
         raise InputError(
-            f"data: none of the loads ({', '.join(LOAD_NAMES)}) varies, so nothing can be said about their effects; "
+            f"data: none of the loads ({', '.join(LOAD_NAMES)}) varies, so nothing can be said about their effects{alone}; "
             "allowed: tests along which, or between which, at least one of them varies"
         )
     averages, spare = len(campaign.starts), _spare(campaign, base)

@@ -47,8 +47,14 @@ def measured_loads(columns: Iterable[object], where: str = "data") -> tuple[str,
     found = tuple(n for n in LOAD_NAMES if n in present)
     others = [c for c in present if c not in POINT_COLUMNS]
     for name in LOAD_NAMES:
-        if name not in found and (not found or any(_alike(name, c) for c in others)):
+        if name not in found and any(_alike(name, c) for c in others):
             raise missing_column(name, present, where)
+    if not found:
+        loads = ", ".join(f"{q.name!r} [{q.unit}]" for q in LOADS)
+        raise InputError(
+            f"{where}: the columns of all loads are missing; present: {', '.join(present)}; allowed: at least one of {loads}, "
+            "beside which columns of the test table count, but not alone"
+        )
     return found
 
 

@@ -201,6 +201,48 @@ def test_the_choice_of_columns() -> None:
     assert len(found) == 12 and "first 12 by name" in notes[-1]
 
 
+def test_a_column_that_divides_the_levels_of_another_stays_beside_it() -> None:
+    data, tests = campaign(0)
+    rng = np.random.default_rng(2)
+    count = len(tests)
+    to = rng.permutation(np.arange(count) % 2)
+    tests = tests.assign(
+        direction=np.where(to, "to", "fro"),  # runs 1 to 3 one way, 4 to 6 the other way
+        run=3 * to + 1 + rng.integers(0, 3, count),
+        Ra=rng.choice([0.1, 0.4], count),
+        label=[f"n{k:02d}" for k in range(count)],  # a name for each test
+    )
+    tests["a_way"] = tests["direction"].str.upper()  # another word for the same
+    tests["die"] = tests["Ra"].astype(str) + rng.choice(["left", "right"], count)  # two of each roughness
+    tests["specimen"] = tests["operator"] + (tests.groupby("operator").cumcount() // 2).astype(str)
+    effects = [make_effect(e) for e in CATALOGUE.values()]
+    for table in (tests, tests.rename(columns={"run": "course", "direction": "way"})):
+        found, notes = factors_of(prepare(data, table), effects)
+        names = {e.name for e in found}
+        assert {"factor:die", "factor:operator", "factor:specimen", "factor:a_way"} <= names
+        assert names & {"factor:run", "factor:course"}  # whichever comes first by name
+        assert "factor:label" not in names and not names & {"factor:direction", "factor:way"}
+        assert len(notes) == 1 and notes[0].endswith(
+            "others: direction with a_way" if table is tests else "others: way with a_way"
+        )
+
+
+def number_within_texts(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return averages of three powders, each consolidated at other stresses, that raise mu."""
+    data, tests = campaign(seed, count=36)
+    data = data.groupby("test_id", as_index=False).mean(numeric_only=True).drop(columns="t")
+    rng = np.random.default_rng([seed, 5])
+    powder = rng.permutation(np.arange(len(tests)) % 3)
+    stress = 1000.0 * rng.integers(1, 6, len(tests)) + 10.0 * powder
+    tests = tests[["test_id", "oven"]].assign(powder=np.array(["a", "b", "c"])[powder], stress=stress)
+    return shifted(data, tests, 6e-6 * (tests["stress"] - 3000.0)), tests
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_number_that_varies_within_the_levels_of_a_text_is_named(seed: int) -> None:
+    assert diagnose(*number_within_texts(seed)).effects == ["factor:stress"]
+
+
 def test_answers_do_not_depend_on_the_order_of_columns_and_a_given_catalogue_has_no_factors() -> None:
     data, tests = one_operator(0)
     found = answer_of(one_operator, 0)

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fmus import pack, read_friction_fmu
@@ -157,6 +158,25 @@ def test_a_data_set_without_a_load_is_read_and_a_misspelt_one_refused(tmp_path: 
     LESS.rename(columns={"sigma_n": "sigma"}).to_csv(tmp_path / "wrong.csv", index=False)
     with pytest.raises(InputError, match=r"wrong\.csv: column 'sigma_n' .* missing.*is it 'sigma'"):
         DataSet.load(tmp_path / "wrong.csv")
+
+
+def test_a_table_without_any_load_is_told_what_is_needed(tmp_path: Path) -> None:
+    tests = pd.DataFrame({"test_id": FRAME["test_id"].unique()})
+    tests["leg"] = np.resize(["left", "right"], len(tests))
+    bare = FRAME[["test_id", "mu"]].groupby("test_id", as_index=False).mean()
+    bare.to_csv(tmp_path / "bare.csv", index=False)
+    said = (
+        r"the columns of all loads are missing; present: test_id, mu; allowed: at least one of 'v_rel' \[mm/s\], "
+        r"'T' \[degC\], .*'psi' \[1\], beside which columns of the test table count, but not alone$"
+    )
+    with pytest.raises(InputError, match=rf"bare\.csv: {said}"):
+        DataSet.load(tmp_path / "bare.csv")
+    with pytest.raises(InputError, match=said):
+        diagnose(bare, tests)
+    with pytest.raises(InputError, match=r"column 'sigma_n' .* is missing.*is it 'sigma'"):
+        diagnose(bare.assign(sigma=900.0), tests)
+    with pytest.raises(InputError, match=r"varies.*nor about columns of the test table \(leg\) alone;"):
+        diagnose(bare.assign(v_rel=10.0), tests)
 
 
 def test_a_domain_from_before_is_read_as_it_was() -> None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...effects.base import EffectContext
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.noise.regular import regular_root
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import OPS, integrate, load_columns
 from ...estimation.search.form_error import FORM_ERROR
@@ -37,7 +38,9 @@ LOOKED_AT, SHAPES = 100, 8
 UNLIKELY = 0.02
 #: "None of the catalogue" explains as much as the best effect does.
 NONE_SIZE = 1.0
-#: Relative prior precision of what is not bounded; keeps equations regular.
+#: Least share of smooth curves that counts as seen beside the base. Loads of two levels show none: a straight line takes up all of it.
+SEEN = 0.01
+#: Relative prior precision of what is not bounded, and least one of anything; keeps equations regular.
 FLAT = 1e-8
 #: Column of the place of a test in the campaign, which drives a drift.
 ORDER = "order"
@@ -129,11 +132,11 @@ class Hypotheses:
         """Return the sets of shapes of an effect that are possible, with their coefficients."""
         prepared, found = fit.prepared, self.found
         chosen = self._sets(fit)
-        names = self._curved(fit)
-        bends = self.deviations.old(names)
-        u, s, _ = np.linalg.svd(found.project(found.whiten(bends)), full_matrices=False)
-        signal = fit.signal
-        variance = FORM_ERROR**2 * float(signal @ signal) / max(float(s @ s), 1e-300)
+        bends = self.deviations.old(self._curved(fit))
+        white = found.whiten(bends)
+        beyond = found.project(white)
+        u, s, _ = np.linalg.svd(beyond, full_matrices=False)
+        variance = _variance(FORM_ERROR**2 * float(fit.signal @ fit.signal), white, beyond)
         taken = variance * s**2 / (self.allowance + variance * s**2)
         some = prepared.columns[:, chosen]
         m, sets, amplitudes = some.shape
@@ -162,9 +165,9 @@ class Hypotheses:
         """Return smooth curves along all loads, together as large as the best effect."""
         found = self.found
         bends = self.deviations.old(self._varied)
-        size = float(np.sum(found.project(found.whiten(bends)) ** 2))
+        white = found.whiten(bends)
         best = max((float(f.signal @ f.signal) for f in self.fits), default=0.0)
-        variance = NONE_SIZE * max(best, 1.0) / max(size, 1e-300)
+        variance = _variance(NONE_SIZE * max(best, 1.0), white, found.project(white))
         return [self._posterior(None, [], 1.0, np.empty((len(bends), 0)), bends, variance)]
 
     def _posterior(
@@ -185,9 +188,9 @@ class Hypotheses:
         free = self._white_base.shape[1] + columns.shape[1]
         precision = design.T @ design
         precision[np.diag_indices(len(scale))] += np.r_[
-            np.full(free, FLAT), 1.0 / np.maximum(variance * scale[free:] ** 2, 1e-12)
+            np.full(free, FLAT), 1.0 / np.clip(variance * scale[free:] ** 2, 1e-12, 1.0 / FLAT)
         ]
-        root = np.linalg.inv(np.linalg.cholesky(precision)).T
+        root = np.linalg.inv(regular_root(precision)).T
         mean = root @ (root.T @ (design.T @ self._white_y)) / np.sqrt(self.allowance)
         return _Possible(index, used, share, mean / scale, root / scale[:, None])
 
@@ -292,6 +295,14 @@ class Hypotheses:
             return float(values.max()) + 1.0
         levels, counts = np.unique(values[self.campaign.point_starts], return_counts=True)
         return float(levels[np.argmax(counts)])
+
+
+def _variance(size: float, white: FloatArray, beyond: FloatArray) -> float:
+    """Return the variance of the coefficients with which smooth curves are of this size where the base leaves them to be seen.
+
+    Where it leaves nearly nothing, all of the curve counts: what no test can show is not large for that.
+    """
+    return size / max(float(np.sum(beyond**2)), SEEN * float(np.sum(white**2)), 1e-300)
 
 
 def _parts(values: FloatArray) -> FloatArray:

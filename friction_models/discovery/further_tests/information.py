@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from ...estimation.noise.regular import regular_root
 from ...loads import FloatArray
 
 #: Draws of outcomes, about.
@@ -48,7 +49,7 @@ class Outcomes:
         """Return which distribution each outcome comes from, its weight, and its log density by hypothesis [draws, h]."""
         count, n = self.mean.shape
         each = max(DRAWS // count // 2, 2)
-        root = np.linalg.cholesky(self.covariance)
+        root = regular_root(self.covariance)
         half = np.random.default_rng(0).standard_normal(
             (each, n)
         )  # the same for all tests: they are compared

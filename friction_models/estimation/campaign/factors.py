@@ -24,9 +24,9 @@ SAME = 0.95
 def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[Effect], list[str]]:
     """Return a factor for each further column of the test table, and a remark on columns that cannot be judged.
 
-    Left out are set points, columns of the effects of the catalogue, columns that are constant, that follow a load, tell the
-    value of a column of these effects or of an earlier factor, and texts that differ in nearly every test. The order of the
-    columns does not matter.
+    Left out are set points, columns of the effects of the catalogue, columns that are constant, that follow a load, that say the
+    same as a column of these effects or as an earlier factor, and texts that differ in nearly every test. Of two columns of which
+    one divides the levels of the other both stay: neither can stand for the other. The order of the columns does not matter.
     """
     used = {m for e in effects for m in e.metadata}
     others = used | {*NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}
@@ -45,7 +45,9 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
         if text and not few:
             continue
         same = [n for n, v in known.items() if _follows(v, values, text)]
-        same += [n for n, v in columns.items() if (few and _tells(values, v)) or _correlated(values, v, text)]
+        same += [
+            n for n, v in columns.items() if (few and _one_to_one(values, v)) or _correlated(values, v, text)
+        ]
         if same:
             alike.append(f"{name} with {same[0]}")
             continue
@@ -81,7 +83,7 @@ def _correlated(values: FloatArray, other: FloatArray, text: bool) -> bool:
     return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(ranks)) > SAME)
 
 
-def _tells(values: FloatArray, other: FloatArray) -> bool:
-    """Return whether the value of a column fixes that of another one."""
+def _one_to_one(values: FloatArray, other: FloatArray) -> bool:
+    """Return whether each value of a column goes with one of another column, and the other way round."""
     pairs = len({*zip(values.tolist(), other.tolist(), strict=True)})
-    return pairs == len(np.unique(values))
+    return pairs == len(np.unique(values)) == len(np.unique(other))

@@ -14,15 +14,16 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_solve
 
 from ...loads import FloatArray
 from ...loads.splits import Mask
 from ..campaign.binning import BinnedTests
 from .layout import Layout
-from .noise_floor import NoiseFloor, Whitener
+from .noise_floor import NoiseFloor, Whitener, independent_columns
 from .reference_curves import reference_curves
 from .reference_variances import VariancesOfCurves
+from .regular import regular_root
 
 #: Tests from which the prior variances are estimated, at most.
 MOST_TESTS = 200
@@ -91,7 +92,7 @@ class Reference:
         left out alone, so that chance does not say with which others.
         """
         part = self._prepared(terms)
-        factor = cho_factor(part.rows.T @ part.rows + np.diag(part.precision))
+        factor = _root(part, part.rows.T @ part.rows)
         b = cho_solve(factor, part.rows.T @ part.target)
         left = part.target - part.rows @ b
         means = self._means(np.column_stack([part.plain, self.y]))
@@ -118,7 +119,10 @@ class Reference:
         These variances come from the bins that are `seen`, by default all.
         """
         norms = np.linalg.norm(terms, axis=0)
-        terms = terms[:, norms > 0] / norms[norms > 0] * np.sqrt(len(terms))
+        terms = terms[:, norms > 0] / norms[norms > 0]
+        basis = independent_columns(terms)
+        # what says the same twice leaves the likelihood of the variances no root
+        terms = (basis if basis.shape[1] < terms.shape[1] else terms) * np.sqrt(len(terms))
         rows = np.column_stack([self._whiten(terms), self._white[:, 2:]])
         some = self._some(np.ones(len(rows), dtype=bool) if seen is None else seen)
         one, y, test = self._white[some, 0], self._white[some, 1], self.campaign.test[some]
@@ -151,8 +155,13 @@ def _normal(part: _Prepared, chosen: Mask) -> tuple[FloatArray, FloatArray]:
     return rows.T @ rows, rows.T @ part.target[chosen]
 
 
+def _root(part: _Prepared, gram: FloatArray) -> tuple[FloatArray, bool]:
+    """Return the root of the posterior precision, as `cho_solve` takes it: terms that say the same make it all but singular."""
+    return regular_root(gram + np.diag(part.precision)), True
+
+
 def _solved(part: _Prepared, gram: FloatArray, score: FloatArray) -> FloatArray:
-    return np.asarray(cho_solve(cho_factor(gram + np.diag(part.precision)), score))
+    return np.asarray(cho_solve(_root(part, gram), score))
 
 
 def _decorrelated(

@@ -135,6 +135,11 @@ def test_loads_that_never_vary_are_refused_and_one_level_is_said(answer: Ask, wo
     points, tests = worn
     flat = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, sd=10.0, psi=1.2)
     assert "none of the loads" in answer(flat, tests).said
+    assert "nor about" not in answer(flat, None).said  # no table, no word of it
+    said = answer(
+        flat, tests.assign(leg=["left", "right"] * (len(tests) // 2) + ["left"] * (len(tests) % 2))
+    ).said
+    assert "leg" in said.split("nor about columns of the test table (")[1].split(") alone; allowed:")[0]
     level = points.assign(v_rel=50.0, T=50.0, sigma_n=900.0, psi=1.2)  # the distance alone
     found = answer(level, None)
     assert found.code == 0 and sum("does not vary" in w for w in found.warnings) == 4
