@@ -70,24 +70,22 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
 
 def _repeats(campaign: BinnedTests) -> Mask:
     """Return which tests were set to the same loads, shape (tests, tests); the contact may have warmed up meanwhile."""
-    tests = len(campaign.tests)
     levels = {n: v for n, v in campaign.levels.items() if n != "sd"}
-    columns = [in_units(n, level, WARMS if n == "T" else 0.0) for n, level in levels.items()]
-    if not columns:
-        return np.zeros((tests, tests), dtype=bool)
-    at = np.column_stack(columns)
-    same = np.all(np.abs(at[:, None] - at[None, :]) <= 1.0, axis=2)
+    same = np.full((len(campaign.tests),) * 2, bool(levels))
+    for name, level in levels.items():
+        z = in_units(name, level, WARMS if name == "T" else 0.0)
+        same &= np.abs(z[:, None] - z) <= 1.0
     np.fill_diagonal(same, False)
-    return np.asarray(same)
+    return same
 
 
 def _nearest(campaign: BinnedTests) -> Indexes:
     """Return the tests with the most similar loads for each test, shape (tests, NEAREST)."""
-    z = np.column_stack(
-        [on_scale(n, level) for n, level in campaign.levels.items()] or [np.zeros(len(campaign.tests))]
-    )
-    z /= np.maximum(z.std(axis=0), 1e-300)
-    apart = np.sum((z[:, None] - z[None, :]) ** 2, axis=2)
+    apart = np.zeros((len(campaign.tests),) * 2)
+    for name, level in campaign.levels.items():
+        z = on_scale(name, level)
+        z = z / max(float(z.std()), 1e-300)
+        apart += (z[:, None] - z) ** 2
     np.fill_diagonal(apart, np.inf)
     # names say nothing: of two that are as near, the first one in the order of the loads
     order = np.argsort(campaign.place)
