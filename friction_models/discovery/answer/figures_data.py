@@ -25,12 +25,11 @@ CURVE = 81
 
 def varied(averages: pd.DataFrame) -> list[str]:
     """Return the loads that the data hold and vary, in their usual order."""
-    count = averages["points"].to_numpy(dtype=float)
-    averaged = averages["test_id"].is_unique
+    averaged = "test_id" in averages.columns and averages["test_id"].is_unique
     return [
         q.name
         for q in LOADS
-        if q.name in averages.columns and varies(q.name, averages[q.name].to_numpy(), count, averaged)
+        if q.name in averages.columns and varies(q.name, averages[q.name].to_numpy(), averaged)
     ]
 
 

@@ -137,8 +137,8 @@ class BinnedTests:
         """Whether a load takes more than one value, beyond what a machine makes of one set point."""
         column = getattr(self.loads, name)
         if name not in HELD:
-            return varies(name, column, np.ones(len(column)), self.averaged)
-        return varies(name, self.average(column), self.count, self.averaged)
+            return varies(name, column, self.averaged)
+        return varies(name, self.average(column), self.averaged)
 
 
 def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTests:

@@ -25,18 +25,17 @@ LEAST_SETTINGS, LEAST_SHARED = 16, 0.5
 Indexes = npt.NDArray[np.intp]
 
 
-def varies(name: str, values: FloatArray, count: FloatArray, averaged: bool) -> bool:
+def varies(name: str, values: FloatArray, averaged: bool) -> bool:
     """Return whether a load takes more than one value, beyond what a machine makes of one set point.
 
-    `values` are means over `count` points each, shape (m,). A distance counts as set where every test is `averaged`: along a
+    `values`, shape (m,), are averages. A distance counts as set where every test is `averaged`: along a
     test it grows.
     """
     if not np.ptp(values) > 1e-9 * max(1.0, float(np.max(np.abs(values)))):
         return False
     if name not in HELD or (name == "sd" and not averaged):
         return True
-    middle = float(np.average(values, weights=count))
-    return float(np.average((values - middle) ** 2, weights=count)) > (AS_SET * middle) ** 2
+    return float(np.std(values)) > AS_SET * abs(float(np.mean(values)))
 
 
 def in_units(name: str, means: FloatArray, share: float = SAME_SETTING) -> FloatArray:
