@@ -209,13 +209,21 @@ def _could_hide(hidden: dict[str, float], mu: float) -> list[str]:
     """Return a warning where effects that matter would not have been seen, with their sizes and loads."""
     if max(hidden.values(), default=0.0) < MATTERS * mu:
         return []
-    sizes = ", ".join(
-        f"{hidden[name]:.2g} with {name}" for name in sorted(hidden, key=hidden.__getitem__)[::-1]
-    )
-    return [
-        f"smaller effects may be there: tests like these show an effect in most cases only if mu ({mu:.2g} on average) changes over "
-        f"them by {sizes}, or more"
-    ]
+    blind = sorted(name for name in hidden if hidden[name] >= mu)
+    seen = sorted((n for n in hidden if n not in blind), key=hidden.__getitem__, reverse=True)
+    said = []
+    if seen:
+        sizes = ", ".join(f"{hidden[name]:.2g} with {name}" for name in seen)
+        said.append(
+            f"smaller effects may be there: tests like these show an effect in most cases only if mu ({mu:.2g} on average) changes "
+            f"over them by {sizes}, or more"
+        )
+    if blind:
+        said.append(
+            f"an effect of {' or '.join(blind)} would not show in tests like these: it would have to change mu by more than mu itself "
+            f"({mu:.2g} on average)"
+        )
+    return said
 
 
 def _about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:

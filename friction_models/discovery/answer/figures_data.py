@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ...effects.base import Effect, EffectContext
+from ...estimation.campaign.settings import varies
 from ...estimation.search.candidates import OPS
 from ...estimation.search.structure import StructurePlace
 from ...expressions.ops import LoadColumns
@@ -24,9 +25,11 @@ CURVE = 81
 
 def varied(averages: pd.DataFrame) -> list[str]:
     """Return the loads that the data hold and vary, in their usual order."""
-    names = [q.name for q in LOADS if q.name in averages.columns]
+    averaged = "test_id" in averages.columns and averages["test_id"].is_unique
     return [
-        n for n in names if np.ptp(averages[n]) > 1e-9 * max(1.0, float(np.abs(averages[n].to_numpy()).max()))
+        q.name
+        for q in LOADS
+        if q.name in averages.columns and varies(q.name, averages[q.name].to_numpy(), averaged)
     ]
 
 

@@ -129,9 +129,8 @@ def _cell(value: float) -> str:
 
 
 def _evidence(d: Findings) -> list[str]:
-    needed = f"; {d.threshold:.1f} needed" if math.isfinite(d.threshold) else ""
     lines = [
-        f"Ranked evidence, each effect alone beside the model (gain: drop of the whitened squared error less 2 per parameter{needed}; p: family-wise)",
+        "Ranked evidence, each effect alone beside the model (gain: drop of the whitened squared error less 2 per parameter; p: family-wise)",
         "(evidence: the gain where the form of the effect may be somewhat wrong)",
         *(
             f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {p_text(r['p_value'])}"

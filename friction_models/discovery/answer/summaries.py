@@ -11,6 +11,7 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.settings import AS_SET
 from ...estimation.fit.parameters import FittedTerm
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES, FloatArray
@@ -64,10 +65,29 @@ def load_bins(values: FloatArray, most: int) -> npt.NDArray[np.intp]:
         gaps = np.diff(part)
         if len(gaps) and gaps.max() > 4.0 * gaps.mean():
             edge = float(part[gaps.argmax()] + 0.5 * gaps.max())
-        inner.append(edge)
+        inner.append(_beside_level(ordered, edge))
     cuts = np.unique(inner)
     which = np.searchsorted(cuts, values, side="right")
     return np.unique(which, return_inverse=True)[1].astype(np.intp)
+
+
+def _beside_level(ordered: FloatArray, edge: float) -> float:
+    """Return an edge that would part the values of one set point moved into the nearer gap beside them; others as they are."""
+    near = max(AS_SET * abs(edge), 1e-3 * float(np.ptp(ordered)))
+    first, last = (int(np.searchsorted(ordered, edge + s * near)) for s in (-1.0, 1.0))
+    here = int(np.searchsorted(ordered, edge, side="right"))
+    if not first < last:
+        return edge
+    width = float(ordered[last - 1] - ordered[first])
+    below = float(ordered[first] - ordered[first - 1]) if first else np.inf
+    above = float(ordered[last] - ordered[last - 1]) if last < len(ordered) else np.inf
+    if min(below, above) <= max(width, near):  # values everywhere: no set point
+        return edge
+    if here - first < last - here and first:
+        return float(ordered[first] - 0.5 * below)
+    if last < len(ordered):
+        return float(ordered[last - 1] + 0.5 * above)
+    return float(ordered[first] - 0.5 * below) if first else edge
 
 
 def clustered_mean(

@@ -22,9 +22,10 @@ from ...loads import (
     missing_column,
     not_measured,
 )
+from ...loads.contract import QUANTITIES, behind
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .metadata import about_table, metadata_columns
-from .settings import setting_of_tests
+from .settings import HELD, setting_of_tests, varies
 
 BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
@@ -133,9 +134,11 @@ class BinnedTests:
         return {n: [float(column.min()), float(column.max())] for n, column in columns.items()}
 
     def varies(self, name: str) -> bool:
-        """Whether a load takes more than one value."""
+        """Whether a load takes more than one value, beyond what a machine makes of one set point."""
         column = getattr(self.loads, name)
-        return bool(np.ptp(column) > 1e-9 * max(1.0, float(np.max(np.abs(column)))))
+        if name not in HELD:
+            return varies(name, column, self.averaged)
+        return varies(name, self.average(column), self.averaged)
 
 
 def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTests:
@@ -220,7 +223,14 @@ def _remarks(campaign: BinnedTests) -> list[str]:
         warnings.append(f"only {tests} tests: the scatter between tests is poorly known")
     for name in LOAD_NAMES:
         if name not in campaign.absent and not campaign.varies(name):
-            warnings.append(f"{name} does not vary in the data: effects of {name} cannot be seen")
+            column = getattr(campaign.loads, name)
+            low, high = f"{np.min(column):.4g}", f"{np.max(column):.4g}"
+            how = (
+                "does not vary in the data"
+                if low == high
+                else f"varies only as a machine holds it ({low} to {high}{behind(QUANTITIES[name].unit)})"
+            )
+            warnings.append(f"{name} {how}: effects of {name} cannot be seen")
     return warnings
 
 

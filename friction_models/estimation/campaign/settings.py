@@ -13,7 +13,9 @@ from ...loads import FloatArray
 SAME_SETTING = 0.03
 #: So are those that agree to this share of their size: set points are not met better.
 AS_SET = 0.01
-#: The same for temperatures [K].
+#: Loads that a machine holds, so that a spread of this share is its control. Hardly any change of T [degC] or psi is too small to matter.
+HELD = ("v_rel", "sigma_n", "sd")
+#: What counts as the same temperature [K].
 SAME_TEMPERATURE = 1.5
 #: A contact warms up while its set points stay: within this share of the range of its temperatures it is one setting.
 WARMS = 0.15
@@ -21,6 +23,19 @@ WARMS = 0.15
 LEAST_SETTINGS, LEAST_SHARED = 16, 0.5
 
 Indexes = npt.NDArray[np.intp]
+
+
+def varies(name: str, values: FloatArray, averaged: bool) -> bool:
+    """Return whether a load takes more than one value, beyond what a machine makes of one set point.
+
+    `values`, shape (m,), are averages. A distance counts as set where every test is `averaged`: along a
+    test it grows.
+    """
+    if not np.ptp(values) > 1e-9 * max(1.0, float(np.max(np.abs(values)))):
+        return False
+    if name not in HELD or (name == "sd" and not averaged):
+        return True
+    return float(np.std(values)) > AS_SET * abs(float(np.mean(values)))
 
 
 def in_units(name: str, means: FloatArray, share: float = SAME_SETTING) -> FloatArray:

@@ -6,26 +6,43 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import stdtrit
 
 from ...loads import FloatArray
+from ...loads.splits import Mask
 from ..campaign.binning import BinnedTests
+from ..campaign.curves import on_scale
+from ..campaign.metadata import MOST_LEVELS, is_text
+from ..campaign.settings import SAME_SETTING, WARMS, Indexes, in_units
 from .layout import Layout
 from .noise_floor import NoiseFloor, estimate
 from .reference import Reference
 
-#: Robust standard deviations from the prediction of the others beyond which a test is odd.
-ODD = 4.0
+#: Probability that a test of a campaign without odd ones lies as far off by chance as an odd one must.
+BY_CHANCE = 0.01
+#: A median tells a scale as well as this share of so many squares would (normal distribution).
+EFFICIENCY = 0.37
 #: If more than this share of the tests is odd, it is not a matter of single tests.
 MOST_ODD = 0.06
 #: With fewer tests no one can say which of them is odd.
 LEAST_TESTS = 12
+#: Fits without the tests that the one before found far off, at most.
+ROUNDS = 6
+#: With fewer tests, a level of metadata has no scatter of its own; that around a test is seen in so many nearest ones.
+LEAST_OF_LEVEL = NEAREST = 8
 
 
 def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | None) -> list[str]:
     """Return the names of tests whose level no smooth dependence on loads and metadata explains.
 
-    A test is not odd where the others at its setting lie off as well: so are the law, or the scatter, there. `columns`, shape
-    (m, p), are the base in the bins; a floor that is not known yet is estimated here.
+    Odd tests bend the curves that should show them: they hide one another, and their neighbours look odd. So the tests that lie
+    farthest off are left out, all are judged by what the others say, and those that lie far off are left out in their place until
+    they stay the same (Rousseeuw, Van Driessen, Data Min. Knowl. Disc. 12 (2006) 29).
+
+    A test is not odd where its repeats lie off as well: so are the law, or the scatter, there. Nor is it where the others do not
+    reach: no one can say how friction goes on beyond their loads, or at a level of metadata that none of them has.
+
+    `columns`, shape (m, p), are the base in the bins; a floor that is not known yet is estimated here.
     """
     tests = len(campaign.tests)
     if tests < LEAST_TESTS:
@@ -33,20 +50,90 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
     y = campaign.average(campaign.mu)
     if floor is None:
         floor = estimate(campaign, Layout.of(campaign), y, columns)
-    off = Reference(campaign, floor, y).surprise(columns)
-    far = np.abs(off) > ODD * np.maximum(_of_the_others(off, campaign.setting), 1.0)
-    return (
-        [campaign.tests[k] for k in np.flatnonzero(far)]
-        if 0 < far.sum() <= max(MOST_ODD * tests, 1.0)
-        else []
-    )
+    reference = Reference(campaign, floor, y)
+    repeats, nearest, levels = _repeats(campaign), _nearest(campaign), _levels(campaign)
+    limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
+    most = int(max(MOST_ODD * tests, 1.0))
+    far = np.zeros(tests, dtype=bool)
+    far[np.argsort(-np.abs(reference.surprise(columns)), kind="stable")[:most]] = True
+    for _ in range(ROUNDS):
+        off = reference.surprise(columns, far)
+        usual = np.maximum.reduce(
+            [np.ones(tests), _of_the_others(off, repeats), _around(off, nearest), *_of_levels(off, levels)]
+        )
+        before, far = far, np.abs(off) > limit * usual
+        if (far == before).all() or far.sum() > tests // 2:
+            break
+    odd = np.flatnonzero(far & _reached(campaign, ~far, levels))
+    return [campaign.tests[k] for k in odd] if len(odd) <= most else []
 
 
-def _of_the_others(off: FloatArray, setting: npt.NDArray[np.intp]) -> FloatArray:
-    """Return the root mean square over the other tests at the setting of each test; 0 where it is alone."""
-    others = np.bincount(setting)[setting] - 1
-    squares = np.maximum(np.bincount(setting, off**2)[setting] - off**2, 0.0)
-    return np.sqrt(np.where(others > 0, squares / np.maximum(others, 1), 0.0))
+def _repeats(campaign: BinnedTests) -> Mask:
+    """Return which tests were set to the same loads, shape (tests, tests); the contact may have warmed up meanwhile."""
+    levels = {n: v for n, v in campaign.levels.items() if n != "sd"}
+    same = np.full((len(campaign.tests),) * 2, bool(levels))
+    for name, level in levels.items():
+        z = in_units(name, level, WARMS if name == "T" else 0.0)
+        same &= np.abs(z[:, None] - z) <= 1.0
+    np.fill_diagonal(same, False)
+    return same
+
+
+def _nearest(campaign: BinnedTests) -> Indexes:
+    """Return the tests with the most similar loads for each test, shape (tests, NEAREST)."""
+    apart = np.zeros((len(campaign.tests),) * 2)
+    for name, level in campaign.levels.items():
+        z = on_scale(name, level)
+        z = z / max(float(z.std()), 1e-300)
+        apart += (z[:, None] - z) ** 2
+    np.fill_diagonal(apart, np.inf)
+    # names say nothing: of two that are as near, the first one in the order of the loads
+    order = np.argsort(campaign.place)
+    return np.asarray(order[np.argsort(apart[:, order], axis=1, kind="stable")[:, :NEAREST]])
+
+
+def _levels(campaign: BinnedTests) -> list[Indexes]:
+    """Return the level of each test in every column of texts that tests share."""
+    found = []
+    for name in sorted(campaign.system):
+        values, level = np.unique(campaign.system[name][campaign.point_starts, 0], return_inverse=True)
+        if is_text(campaign.loads, name) and len(values) <= MOST_LEVELS * len(campaign.tests):
+            found.append(level.astype(np.intp))
+    return found
+
+
+def _of_the_others(off: FloatArray, repeats: Mask) -> FloatArray:
+    """Return the root mean square over the repeats of each test; 0 where it has none."""
+    count = repeats.sum(axis=1)
+    return np.asarray(np.sqrt(repeats @ off**2 / np.maximum(count, 1)))
+
+
+def _around(off: FloatArray, nearest: Indexes) -> FloatArray:
+    """Return the robust scatter of the tests nearest to each one: a few of them may be odd themselves."""
+    return np.asarray(1.4826 * np.median(np.abs(off[nearest]), axis=1))
+
+
+def _of_levels(off: FloatArray, levels: list[Indexes]) -> list[FloatArray]:
+    """Return the robust scatter at the level of each test, for each column of metadata; 0 where few tests show it."""
+    found = []
+    for level in levels:
+        own = [np.abs(off[level == k]) for k in range(int(level.max()) + 1)]
+        found.append(
+            np.array([1.4826 * float(np.median(z)) if len(z) >= LEAST_OF_LEVEL else 0.0 for z in own])[level]
+        )
+    return found
+
+
+def _reached(campaign: BinnedTests, kept: Mask, levels: list[Indexes]) -> Mask:
+    """Return which tests lie within the loads of those that are kept, about, and share their levels of metadata."""
+    inside = np.ones(len(kept), dtype=bool)
+    for name, mean in campaign.levels.items():
+        z = on_scale(name, mean)
+        margin = SAME_SETTING * float(np.ptp(z))
+        inside &= (z >= z[kept].min() - margin) & (z <= z[kept].max() + margin)
+    for level in levels:
+        inside &= np.isin(level, level[kept])
+    return inside
 
 
 def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:

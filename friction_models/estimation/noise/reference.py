@@ -85,20 +85,24 @@ class Reference:
             predicted[fold == k] = part.plain[fold == k] @ b
         return predicted
 
-    def surprise(self, terms: FloatArray) -> FloatArray:
+    def surprise(self, terms: FloatArray, left_out: Mask | None = None) -> FloatArray:
         """Return how far the mean of each test lies from what all others say, in standard deviations, shape (tests,).
 
         A test far from all others may lie far off: the prediction is the less certain, the farther it reaches. Each test is
-        left out alone, so that chance does not say with which others.
+        left out alone, so that chance does not say with which others. Tests that are `left_out`, shape (tests,), say nothing of
+        any test, nor of the size of the curves.
         """
-        part = self._prepared(terms)
-        factor = _root(part, part.rows.T @ part.rows)
-        b = cho_solve(factor, part.rows.T @ part.target)
-        left = part.target - part.rows @ b
+        out = np.zeros(len(self._starts), dtype=bool) if left_out is None else left_out
+        seen = ~out[self.campaign.test]
+        part = self._prepared(terms, seen)
+        rows, target = part.rows * seen[:, None], part.target * seen
+        factor = _root(part, rows.T @ rows)
+        b = cho_solve(factor, rows.T @ target)
+        left = target - rows @ b
         means = self._means(np.column_stack([part.plain, self.y]))
         far, variance = np.empty(len(means)), np.empty(len(means))
         for k, (start, end) in enumerate(zip(self._starts, [*self._starts[1:], len(left)], strict=True)):
-            own, mean = part.rows[start:end], means[k, :-1]
+            own, mean = rows[start:end], means[k, :-1]
             along = cho_solve(factor, np.column_stack([own.T, mean]))
             # what the fit takes from the test itself is taken back (Sherman, Morrison, Woodbury)
             without = np.linalg.solve(np.eye(end - start) - own @ along[:, :-1], own @ along[:, [-1]])[:, 0]

@@ -38,8 +38,8 @@ def testable(
     """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
     usable, notes = [], []
     for effect in effects:
-        if effect.name in taken or effect.driver[0] in campaign.absent:
-            continue  # a warning about the missing load is given already
+        if effect.name in taken or effect.driver[0] in campaign.absent or _unvaried(effect, campaign):
+            continue  # a warning about the load is given already
         reason = _not_tested(effect, campaign)
         if reason is not None:
             notes.append(f"{effect.name} was not tested: {reason}")
@@ -47,6 +47,12 @@ def testable(
         usable.append(effect)
         notes += [f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))]
     return usable, notes
+
+
+def _unvaried(effect: Effect, campaign: BinnedTests) -> bool:
+    """Return whether none of the loads that drive an effect varies: a law of the noise of a control is no finding."""
+    loads = set(effect.driver) <= set(LOAD_NAMES) and not effect.needs_state
+    return loads and not any(campaign.varies(n) for n in effect.driver)
 
 
 def _not_tested(effect: Effect, campaign: BinnedTests) -> str | None:

@@ -53,6 +53,10 @@ def budget_chart(floor: float, explained: float, missing: float, named: bool) ->
     return chart
 
 
+#: The gain that chance may give is drawn within this factor of the largest gain.
+REACH = 3.0
+
+
 def ranking_chart(gains: Sequence[tuple[str, float, str]], threshold: float | None = None) -> Chart:
     """Return the gain of each effect (name, gain, colour) and the gain that chance alone may give (dashed line)."""
     shown = gains[:12][::-1]
@@ -61,11 +65,12 @@ def ranking_chart(gains: Sequence[tuple[str, float, str]], threshold: float | No
         0, [max(gain, 0.0) for _, gain, _ in shown], [name for name, _, _ in shown],
         hover="%{y}: gain %{x:.1f}<extra></extra>", orientation="h", marker={"color": [c for _, _, c in shown]},
     )  # fmt: skip
-    if threshold is not None:
+    # a line far to the right of all bars would leave no room for them
+    if threshold is not None and 0.0 < threshold <= REACH * max((gain for _, gain, _ in shown), default=0.0):
         chart.figure.add_vline(x=threshold, line={"color": SOFT, "width": 1.5, "dash": "dash"})
         chart.figure.add_annotation(
             x=threshold, y=0, yref="paper", yanchor="bottom", xanchor="left", showarrow=False,
-            text=f" needed: {threshold:.0f}",
+            text=" largest by chance",
         )  # fmt: skip
     chart.dress(70 + 27 * max(len(shown), 2), x="gain", bargap=0.32, margin_t=10)
     chart.figure.update_xaxes(showgrid=True)

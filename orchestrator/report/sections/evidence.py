@@ -102,7 +102,7 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
         apart = "The data tells the first one from all others." if chosen else none
     needed = (
         ""
-        if threshold is None
+        if threshold is None or threshold <= 0.0
         else f"Where nothing is missing, the best of all effects gains more than {threshold:.1f} in {100 * LEVEL:g} % of data sets. "
     )
 

@@ -15,6 +15,7 @@ from benchmarks.discovery_campaigns import campaign
 from friction_models.common import InputError
 from friction_models.discovery import diagnose
 from friction_models.discovery.answer.findings import RankedEffect
+from friction_models.estimation.campaign.binning import prepare
 from orchestrator.cli.main import run
 
 from ..estimation_cases import measured
@@ -291,3 +292,34 @@ def test_tests_that_do_not_rule_an_effect_out_say_which_would(
     said = capsys.readouterr().out
     assert "these tests do not rule it out" in said and "no plan written: no test is proposed" in said
     assert "more would tell, at other levels of v_rel, T, sigma_n" in said
+
+
+def held(seed: int, spread: float, levels: tuple[float, ...] = (0.165,)) -> pd.DataFrame:
+    """Return 48 averages over speeds at pressures that a machine holds within a `spread`; mu is bent in the speed."""
+    rng = np.random.default_rng(seed)
+    v = np.repeat(np.geomspace(0.5, 160.0, 8), 6)
+    sigma = np.resize(np.array(levels), len(v)) * (1.0 + spread * rng.normal(size=len(v)))
+    mu = 0.06 + 0.05 * np.exp(-v / 4.0) + 0.02 * v / 160.0 + 0.004 * rng.normal(size=len(v))
+    names = [f"t{k:02d}" for k in range(len(v))]
+    return pd.DataFrame({"test_id": names, "v_rel": v, "sigma_n": sigma, "mu": mu})
+
+
+def test_a_pressure_that_a_machine_holds_does_not_vary() -> None:
+    campaign = prepare(held(0, 0.007))
+    assert campaign.varied == ["v_rel"]
+    assert any(
+        w.startswith("sigma_n varies only as a machine holds it (0.16") and " MPa)" in w
+        for w in campaign.warnings
+    )
+    found = diagnose(held(0, 0.007), model="constant")
+    assert not {"pressure_power", "force_zero", "pressure_saturation"} & {r["effect"] for r in found.ranking}
+    assert not any("sigma_n" in place["variables"] for place in found.where)
+    assert not [row for row in found.bias if row["load"] == "sigma_n"]
+    assert "over v_rel and sigma_n" not in found.report()
+
+
+def test_levels_of_a_pressure_and_small_changes_of_other_loads_vary() -> None:
+    assert prepare(held(0, 0.007, (0.16, 0.17))).varied == ["v_rel", "sigma_n"]
+    data = held(0, 0.0)
+    few = np.linspace(0.0, 1.0, len(data))
+    assert prepare(data.assign(T=200.0 + 2.0 * few, psi=1.0 + 0.01 * few)).varied == ["v_rel", "T", "psi"]

@@ -36,7 +36,7 @@ def with_temperature(found: Diagnosis) -> float:
 
 
 def test_thin_data_say_what_could_hide() -> None:
-    found = diagnose(averages(1, 12))
+    found = diagnose(averages(1, 20))
     assert found.verdict == "nothing_missing"
     assert with_temperature(found) > 0.03
 
@@ -54,3 +54,15 @@ def test_the_size_is_that_from_which_on_effects_are_seen(seeds: tuple[int, ...],
     assert nothing == len(seeds)
     assert seen[1.3] >= len(seeds) - missed
     assert seen[0.4] <= 2 * missed
+
+
+def test_an_effect_that_no_such_test_could_show_has_no_size() -> None:
+    """Tests that repeat as badly as this: mu would have to change by more than itself."""
+    rng = np.random.default_rng(4)
+    v = np.array([1.1, 5.5, 10.0, 11.0, 11.0, 5.5, 1.1, 5.6, 1.1, 11.0, 11.0, 10.0])
+    names = [f"r{k:02d}" for k in range(len(v))]
+    data = pd.DataFrame({"test_id": names, "v_rel": v, "mu": 0.22 + rng.normal(0.0, 0.13, len(v))})
+    found = diagnose(data)
+    assert found.verdict == "nothing_missing"
+    assert said(found) == ""
+    assert any(w.startswith("an effect of v_rel would not show in tests like these") for w in found.warnings)

@@ -7,6 +7,7 @@ import re
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -25,12 +26,15 @@ from friction_models.discovery.refinement import Addition, history_text
 from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_report
+from orchestrator.report.charts.diagnosis import ranking_chart
 from orchestrator.report.charts.residuals import binned_residual
 from orchestrator.report.pages import diagnosis
 from orchestrator.report.pages.diagnosis import confirmed_addition
 from orchestrator.report.pages.refinement import refinement_page
 from orchestrator.report.parts.cards import Change
+from orchestrator.report.parts.theme import AFTER
 from orchestrator.report.registry import PAGES, page_of
+from orchestrator.report.sections.evidence import ranking_html
 from tests.friction_models import made_up
 from tests.friction_models.discovery.test_next_tests import falling_and_running_in
 from tests.orchestrator.tiny_fmus import system_content
@@ -149,7 +153,11 @@ def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
         *(["response"] if found.effects else []),
     ]
     assert re.findall(r'<section id="(\w+)"', html) == sections
-    assert text.startswith(verdict.upper()) and "needed; p: family-wise" in text
+    assert (
+        text.startswith(verdict.upper())
+        and "; p: family-wise" in text
+        and " needed" not in text.split("Ranked evidence")[1].split("\n")[0]
+    )
     assert piece in re.sub(r"<script.*?</script>", "", html, flags=re.DOTALL) and piece in text
     assert ("after " in text) == bool(found.effects) and "[MPa]" in text
     if (
@@ -201,8 +209,25 @@ def test_bins_keep_levels_of_a_plan_together() -> None:
     which = load_bins(levels, 6)
     for k in range(3):
         assert len(set(which[300 * k : 300 * (k + 1)])) == 1
+    met = np.repeat([75.0, 150.0, 225.0, 300.0], 4) + np.tile([-0.02, -0.01, 0.0, 0.01], 4)
+    assert load_bins(met, 6).tolist() == np.repeat(range(4), 4).tolist()
     even = load_bins(np.linspace(0.0, 60.0, 600), 6)
     np.testing.assert_array_equal(np.bincount(even), np.full(6, 100))
+
+
+@pytest.mark.parametrize(
+    ("threshold", "drawn", "told"), [(0.0, False, False), (11.9, True, True), (2042.5, False, True)]
+)
+def test_the_gain_that_chance_may_give_is_a_sentence_and_a_line_near_the_bars(
+    threshold: float, drawn: bool, told: bool
+) -> None:
+    chart = ranking_chart([("stribeck", 30.0, AFTER)], threshold)
+    assert bool(chart.figure.layout.shapes) == drawn
+    found: Any = {"verdict": "explained", "effects": ["stribeck"], "confusion_set": []}
+    found["ranking"] = [{"effect": "stribeck", "gain": 30.0, "evidence": 30.0, "p_value": 0.01}]
+    html = ranking_html(found, threshold)
+    assert ("the best of all effects gains more than" in html) == told
+    assert "needed: " not in html
 
 
 def test_history_says_when_an_addition_did_not_help() -> None:
