@@ -123,13 +123,18 @@ class Rivals:
         own, other = (self.straight.errors_of_form(f, beside) for f in forms)
         return fall(other, own)[1] >= APART
 
-    def credible_first(self, kept: list[Fit], alike: Sequence[str]) -> list[Fit]:
-        """Return the effects with a fault that is too large for one exchanged for the best of what is `alike` and is none."""
+    def credible_first(
+        self, kept: list[Fit], beside: Mapping[str, Sequence[str]], alike: Sequence[str]
+    ) -> list[Fit]:
+        """Return the effects with a first one that is too large for a fault exchanged for the best rival that is none.
+
+        Rivals are those of unseen tests, `beside` it, and what the scan finds `alike`.
+        """
         sensor = self.found.floor.sensor
         if not kept or credible(self.campaign, sensor, kept[0]):
             return kept
-        names = {f.name for f in kept}
-        others = (f for f in self.found.ranking if f.name in alike and f.name not in names)
+        names, rivals = {f.name for f in kept}, {*beside[kept[0].name], *alike}
+        others = (f for f in self.found.ranking if f.name in rivals and f.name not in names)
         first = next((f for f in others if credible(self.campaign, sensor, f)), None)
         return kept if first is None else [first, *kept[1:]]
 

@@ -62,9 +62,9 @@ class UnseenTestsJudge:
         verdict, chosen = self._doubted(verdict, chosen, named, bent, alone)
         verdict, kept, shares = self._named(verdict, chosen, named, alone)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
-        likelier = self.rivals.credible_first(kept, [*beside.get(kept[0].name, ()), *alike] if kept else [])
-        if likelier is not kept:
+        if (likelier := self.rivals.credible_first(kept, beside, alike)) is not kept:
             kept, shares = likelier, self.beside.shares(likelier)
+            verdict = "explained" if verdict == "data_problem" else verdict
             beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
         behind = self.rivals.behind(kept, alike)
         kept = self.rivals.largest_first(kept)
