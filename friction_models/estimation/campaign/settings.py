@@ -13,7 +13,7 @@ from ...loads import FloatArray
 SAME_SETTING = 0.03
 #: So are those that agree to this share of their size: set points are not met better.
 AS_SET = 0.01
-#: Loads that a machine holds, so that a spread of this share is its control. Hardly any change of T [degC] or psi is too small to matter.
+#: Loads that a machine holds: a standard deviation below `AS_SET` is its control. A small change of T [degC] or psi may matter.
 HELD = ("v_rel", "sigma_n", "sd")
 #: What counts as the same temperature [K].
 SAME_TEMPERATURE = 1.5
