@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..common.wording import counted
 from ..estimation.campaign.binning import BinnedTests
 from ..estimation.fit.parameters import FittedTerm, fit_terms
 from ..estimation.search.base_law import BaseLaw
@@ -16,25 +15,23 @@ from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
 from ..estimation.search.zero_reading import ZERO, zero_is_known
-from ..loads import LOAD_NAMES, FloatArray
+from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
+from .answer.reservations import about_the_noise, could_hide, reservations
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
 from .further_tests.next_tests import Question, propose
-from .judge.confidence import blurred, grounds, sureness
+from .judge.confidence import grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED, Confirmation
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits
 from .judge.level_offset import LevelOffset, level_of
 from .judge.unseen_tests import UnseenTests
 from .judge.verdict import LEVEL, Evidence
-
-#: Share of mu from which on what could hide is said.
-MATTERS = 0.25
 
 
 @dataclass
@@ -124,10 +121,11 @@ def assemble(
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += uncertain_drivers(whole[0], fitted.terms)
-    warnings += _reservations(campaign, judged, sure <= EITHER and factor is None)
-    warnings += _could_hide(hidden, float(np.mean(np.abs(campaign.mu))))
+    unsure = sure <= EITHER and factor is None
+    warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
+    warnings += could_hide(hidden, float(np.mean(np.abs(campaign.mu))))
     warnings += [level.text(f"the {base.name} model")] if level.off else []
-    warnings += [*_about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
+    warnings += [*about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
     proposals, inseparable = propose(campaign, _questions(judged, confusion, unread), mu, base, doubt, unread)
     if named and (len(confusion) > 1 or not proposals):
@@ -167,73 +165,6 @@ def assemble(
         threshold=found.significance.needed(LEVEL),
         averages=averages(campaign, usual, usual if after is None else after, fitted.terms),
     )
-
-
-def _reservations(campaign: BinnedTests, judged: Judged, unsure: bool) -> list[str]:
-    """Return what speaks against taking the verdict for the whole truth, and which tests would tell more."""
-    found, confirmed, verdict = judged.found, judged.confirmed, judged.verdict
-    varied = [n for n in LOAD_NAMES if n != "sd" and campaign.varies(n)]
-    said = []
-    if confirmed.lacks_fit and (repeats := confirmed.repeats) is not None:
-        said.append(
-            f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "
-            f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
-            "were tested, in a way that is not named here"
-        )
-    if confirmed.of_another_form and verdict != "partly_explained":
-        said.append(
-            "a flexible prediction that knows no formula is better on unseen tests than what is named, if only a little: the law "
-            "may have another form, or be another effect that looks alike here"
-        )
-    said += [
-        f"in the place of {name}, {' and '.join(pair)} together predict unseen tests no worse: whether the loads act together or each by "
-        "itself, tests would tell that cross their levels"
-        for name, pair in confirmed.parts.items()
-    ]
-    if verdict == "nothing_missing" and found.winner and found.p_value(found.winner) < LEVEL:
-        said.append(
-            f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
-            f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
-        )
-    elif (
-        verdict == "nothing_missing" and unsure and not (confirmed.lacks_fit or judged.knows_noise) and varied
-    ):
-        said.append(
-            f"{counted(len(campaign.tests), 'test')} cannot rule an effect out: more would tell, at other levels of "
-            f"{', '.join(varied)}, and some of them repeated, to show the scatter between tests"
-        )
-    return said
-
-
-def _could_hide(hidden: dict[str, float], mu: float) -> list[str]:
-    """Return a warning where effects that matter would not have been seen, with their sizes and loads."""
-    if max(hidden.values(), default=0.0) < MATTERS * mu:
-        return []
-    blind = sorted(name for name in hidden if hidden[name] >= mu)
-    seen = sorted((n for n in hidden if n not in blind), key=hidden.__getitem__, reverse=True)
-    said = []
-    if seen:
-        sizes = ", ".join(f"{hidden[name]:.2g} with {name}" for name in seen)
-        said.append(
-            f"smaller effects may be there: tests like these show an effect in most cases only if mu ({mu:.2g} on average) changes "
-            f"over them by {sizes}, or more"
-        )
-    if blind:
-        said.append(
-            f"an effect of {' or '.join(blind)} would not show in tests like these: it would have to change mu by more than mu itself "
-            f"({mu:.2g} on average)"
-        )
-    return said
-
-
-def _about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
-    """Return a warning where the noise hides everything."""
-    if not blurred(campaign, found):
-        return []
-    return [
-        f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
-        "and faulty tests first, little else can be seen in such data"
-    ]
 
 
 def _questions(judged: Judged, confusion: list[str], unread: bool = False) -> list[Question]:

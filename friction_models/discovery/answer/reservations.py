@@ -1,0 +1,86 @@
+"""Warnings beside a verdict: what speaks against it, what could hide, and noise that hides everything."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...common.wording import counted
+from ...estimation.campaign.binning import BinnedTests
+from ...estimation.search.search_round import SearchRound
+from ...loads import LOAD_NAMES
+from ..judge.confidence import blurred
+from ..judge.confirmation import Confirmation
+from ..judge.verdict import LEVEL
+
+#: Share of mu from which on what could hide is said.
+MATTERS = 0.25
+
+
+def reservations(
+    campaign: BinnedTests, found: SearchRound, confirmed: Confirmation, knows_noise: bool, unsure: bool
+) -> list[str]:
+    """Return what speaks against taking the verdict for the whole truth, and which tests would tell more.
+
+    The model `knows_noise` of these points; where the verdict is `unsure`, more tests would tell.
+    """
+    verdict = confirmed.verdict
+    varied = [n for n in LOAD_NAMES if n != "sd" and campaign.varies(n)]
+    said = []
+    if confirmed.lacks_fit and (repeats := confirmed.repeats) is not None:
+        said.append(
+            f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "
+            f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
+            "were tested, in a way that is not named here"
+        )
+    if confirmed.of_another_form and verdict != "partly_explained":
+        said.append(
+            "a flexible prediction that knows no formula is better on unseen tests than what is named, if only a little: the law "
+            "may have another form, or be another effect that looks alike here"
+        )
+    said += [
+        f"in the place of {name}, {' and '.join(pair)} together predict unseen tests no worse: whether the loads act together or each by "
+        "itself, tests would tell that cross their levels"
+        for name, pair in confirmed.parts.items()
+    ]
+    if verdict == "nothing_missing" and found.winner and found.p_value(found.winner) < LEVEL:
+        said.append(
+            f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
+            f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
+        )
+    elif verdict == "nothing_missing" and unsure and not (confirmed.lacks_fit or knows_noise) and varied:
+        said.append(
+            f"{counted(len(campaign.tests), 'test')} cannot rule an effect out: more would tell, at other levels of "
+            f"{', '.join(varied)}, and some of them repeated, to show the scatter between tests"
+        )
+    return said
+
+
+def could_hide(hidden: dict[str, float], mu: float) -> list[str]:
+    """Return a warning where effects that matter would not have been seen, with their sizes and loads."""
+    if max(hidden.values(), default=0.0) < MATTERS * mu:
+        return []
+    blind = sorted(name for name in hidden if hidden[name] >= mu)
+    seen = sorted((n for n in hidden if n not in blind), key=hidden.__getitem__, reverse=True)
+    said = []
+    if seen:
+        sizes = ", ".join(f"{hidden[name]:.2g} with {name}" for name in seen)
+        said.append(
+            f"smaller effects may be there: tests like these show an effect in most cases only if mu ({mu:.2g} on average) changes "
+            f"over them by {sizes}, or more"
+        )
+    if blind:
+        said.append(
+            f"an effect of {' or '.join(blind)} would not show in tests like these: it would have to change mu by more than mu itself "
+            f"({mu:.2g} on average)"
+        )
+    return said
+
+
+def about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
+    """Return a warning where the noise hides everything."""
+    if not blurred(campaign, found):
+        return []
+    return [
+        f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
+        "and faulty tests first, little else can be seen in such data"
+    ]
