@@ -294,3 +294,30 @@ def test_the_formula_of_numbers_is_a_line_and_earlier_files_are_read(tmp_path: P
     file.write_text(text.replace('"centre"', '"center"', 1))
     with pytest.raises(InputError, match="center"):
         load_model(tmp_path / "model")
+
+
+def test_tests_over_the_same_speeds_are_not_told_apart_by_their_speed() -> None:
+    """Their means differ by where a record ends: a direction that went with them was no column of its own."""
+    rng = np.random.default_rng(3)
+    frames = []
+    for k in range(12):
+        v = np.repeat([5.0, 20.0, 60.0, 120.0, 200.0, 300.0], 8)[: 48 - (k < 6)]
+        mu = (
+            0.1
+            + 0.03 * np.exp(-v / 40.0)
+            + 0.02 * (k < 6)
+            + rng.normal(0.0, 0.001)
+            + rng.normal(0.0, 0.001, len(v))
+        )
+        sd = np.cumsum(0.02 * v)
+        frames.append(
+            pd.DataFrame(
+                {"test_id": f"t{k:02d}", "t": 0.02 * np.arange(len(v)), "v_rel": v, "sd": sd, "mu": mu}
+            )
+        )
+    tests = pd.DataFrame(
+        {"test_id": [f"t{k:02d}" for k in range(12)], "direction": ["up"] * 6 + ["down"] * 6}
+    )
+    found = diagnose(pd.concat(frames), tests)
+    assert "factor:direction" in [r["effect"] for r in found.ranking]
+    assert not any("moves with" in w for w in found.warnings)

@@ -69,7 +69,8 @@ def limits(campaign: BinnedTests, base: BaseLaw, evidence: Evidence) -> list[str
 
 def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     """Return a warning where a load that drives an effect moves with another one from test to test."""
-    levels = {n: campaign.of_tests(transformed(campaign, n)) for n in campaign.varied}
+    apart = [n for n in campaign.varied if campaign.sets_apart(n)]
+    levels = {n: campaign.of_tests(transformed(campaign, n)) for n in apart}
     tied = [
         f"{b} (correlation {value:+.2f})"
         for a, b in permutations(levels, 2)

@@ -27,6 +27,8 @@ from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .metadata import about_table, metadata_columns
 from .settings import HELD, setting_of_tests, varies
 
+#: Share of what a load changes along the tests by which its means must differ from test to test to set them apart.
+LEVELS = 0.1
 BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
 ALL_BINS = 2100  # of a campaign, about
@@ -132,6 +134,12 @@ class BinnedTests:
         """Return the lowest and the highest value of those names that are loads which vary."""
         columns = {n: getattr(self.loads, n) for n in names if n in LOAD_NAMES and self.varies(n)}
         return {n: [float(column.min()), float(column.max())] for n, column in columns.items()}
+
+    def sets_apart(self, name: str) -> bool:
+        """Whether a load differs from test to test, and not only by where the averages of equal tests begin and end."""
+        values = self.average(getattr(self.loads, name))
+        means = self.of_tests(values)
+        return float(np.std(means)) > LEVELS * float(np.sqrt(np.mean((values - means[self.test]) ** 2)))
 
     def varies(self, name: str) -> bool:
         """Whether a load takes more than one value, beyond what a machine makes of one set point."""

@@ -31,8 +31,8 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
     used = {m for e in effects for m in e.metadata}
     others = used | {*NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}
     at = {n: c[campaign.point_starts, 0] for n, c in campaign.system.items()}
-    loads = {n: campaign.of_tests(campaign.average(getattr(campaign.loads, n))) for n in campaign.varied}
-    known = {n: v for n, v in loads.items() if np.ptp(v) > 0.0}
+    loads = [n for n in campaign.varied if campaign.sets_apart(n)]
+    known = {n: campaign.of_tests(campaign.average(getattr(campaign.loads, n))) for n in loads}
     columns = {n: at[n] for n in sorted(used & set(at)) if np.ptp(at[n]) > 0.0}
     found: list[Effect] = []
     alike: list[str] = []
