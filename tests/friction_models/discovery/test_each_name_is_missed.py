@@ -39,7 +39,7 @@ class _Errors:
 def _needed(carried: dict[str, list[float]]) -> list[str]:
     nothing = cast(Any, None)
     names = Names(cast(Any, _Errors(carried)), nothing, nothing, nothing, nothing)
-    return [f.name for f in names._needed(cast(Any, [_Named(n) for n in carried]))]
+    return [f.name for f in names.needed(cast(Any, [_Named(n) for n in carried]))]
 
 
 def test_what_is_not_missed_is_not_named() -> None:
