@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
@@ -58,7 +59,7 @@ class Workers:
         self._ears, self._stop = get_context("spawn").Pipe(duplex=False)
         with safe_start():  # of the process that looks after semaphores
             self._pool = ProcessPoolExecutor(
-                count, mp_context=get_context("spawn"), initializer=follow_parent, initargs=(self._ears,)
+                count, mp_context=get_context("spawn"), initializer=_begin, initargs=(self._ears,)
             )
 
     def submit(self, function: Callable[..., Result], *arguments: Any) -> Future[Result]:
@@ -104,6 +105,16 @@ def map_unordered(
         workers.close(now=True)
         raise
     workers.close()
+
+
+def _begin(ears: Connection) -> None:
+    """Prepare a process of `Workers`. Its end skips what libraries do when a program exits.
+
+    The results are with the parent by then, and libraries that meet in one process, of co-simulations for example, now and then
+    spoil the memory of each other as they end.
+    """
+    atexit.register(os._exit, 0)  # what is registered first comes last
+    follow_parent(ears)
 
 
 def follow_parent(ears: Connection) -> None:
