@@ -36,7 +36,7 @@ from orchestrator.report.parts.theme import AFTER
 from orchestrator.report.registry import PAGES, page_of
 from orchestrator.report.sections.evidence import ranking_html
 from tests.friction_models import made_up
-from tests.friction_models.discovery.test_next_tests import falling_and_running_in
+from tests.friction_models.discovery.test_next_tests import THREE, falling_and_running_in
 from tests.orchestrator.tiny_fmus import system_content
 
 
@@ -240,7 +240,7 @@ def test_history_says_when_an_addition_did_not_help() -> None:
 
 
 def test_several_names_fit_and_are_missing_in_the_plural() -> None:
-    found = diagnose(*falling_and_running_in(0), catalogue=["stribeck", "running_in", "rate_state"])
+    found = falling_and_running_in(0.01, THREE)
     assert found.verdict == "ambiguous" and len(found.effects) == 2
     title = "it: effects are missing, Stribeck effect and Running-in fit best"
     assert f"<title>{title}" in diagnosis.diagnosis_page(found, "it")
