@@ -12,6 +12,9 @@ from .beside_reference import effects_of
 from .error_budget import fall
 from .names import CERTAIN, Names
 
+#: Standard errors by which a law of one load takes the place of one of several, beside a name for the others.
+BETTER = 1.0
+
 
 @dataclass(frozen=True)
 class TwoLoads:
@@ -26,11 +29,11 @@ class TwoLoads:
     def parted(self, kept: list[Fit]) -> list[Fit]:
         """Return the names with a law of several loads exchanged for two of one load that unseen tests clearly prefer.
 
-        One of one load beside another of the others need only be better: it says no more than the law of several does.
+        One of one load, beside a name for the others, needs less: it is no longer an answer than the law of several.
         """
         for fit in kept:
             instead = self._pair(kept, fit)
-            needed = CERTAIN if len(instead) > len(kept) else 0.0
+            needed = CERTAIN if len(instead) > len(kept) else BETTER
             if instead and self._certainty(kept, instead) > needed:
                 return self.names.needed(instead)
         return kept
