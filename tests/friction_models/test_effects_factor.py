@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.prior import campaigns
 from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, load_model
 from friction_models.common import InputError
@@ -321,3 +322,10 @@ def test_tests_over_the_same_speeds_are_not_told_apart_by_their_speed() -> None:
     found = diagnose(pd.concat(frames), tests)
     assert "factor:direction" in [r["effect"] for r in found.ranking]
     assert not any("moves with" in w for w in found.warnings)
+
+
+def test_an_effect_that_shows_nothing_beside_a_factor_has_no_amplitude() -> None:
+    """What rounding made of it was divided by the size of a column that is left out: offsets of the lots were no numbers, a crash."""
+    made = campaigns.campaign(600032)
+    found = diagnose(made.points, made.tests)
+    assert "factor:lot" in found.effects

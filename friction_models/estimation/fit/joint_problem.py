@@ -142,7 +142,9 @@ class JointProblem:
         matrix = self.whiten(np.column_stack([self.base, *blocks]))
         along, target = self._fixed(matrix[:, :p])
         matrix[:, p:] *= _seen_beside(along, matrix[:, p:])
-        scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+        size = np.linalg.norm(matrix, axis=0)
+        # a column that is not seen has no size: what rounding makes of its amplitude must not grow
+        scale = np.where(size > 0.0, size, 1.0)
         x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
         if any(e.pooled for e in self.effects):
             pull = self._pull(blocks, x / scale)
