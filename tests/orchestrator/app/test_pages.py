@@ -92,8 +92,8 @@ def test_the_answer_beside_its_picture_and_the_effect_to_add(loop: Project) -> N
         report = (loop.root / "reports/diagnosis-sct-linear.html").read_text()
         for text in (said, report):
             assert (
-                "p = 0.002" in text
-                and "chance alone would make some effect look this good in 0.2 % of data sets" in text
+                "p = 0.004" in text
+                and "chance alone would make some effect look this good in 0.4 % of data sets" in text
             )
             assert "judged by made-up data whose cause is known" in text
         assert "synthetic data" in said
