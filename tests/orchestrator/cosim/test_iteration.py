@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -86,12 +87,18 @@ def settling(tiny: dict[str, Path]) -> tuple[FixedPointIteration, Port]:
     return FixedPointIteration(wiring.links, outputs, ["friction", "forming"]), outputs["forming"]
 
 
-def test_what_a_solver_cannot_resolve_counts_as_agreement(tiny: dict[str, Path]) -> None:
-    follows, loads = settling(tiny)
+def repetitions(follows: FixedPointIteration, most: int) -> Iterator[int]:
+    """Count the repetitions of a step; what comes of one is passed on before the next."""
     follows.begin()
-    for repetition in range(1, 30):
+    for repetition in range(1, most + 1):
         if repetition > 1:
             follows.pass_on()
+        yield repetition
+
+
+def test_what_a_solver_cannot_resolve_counts_as_agreement(tiny: dict[str, Path]) -> None:
+    follows, loads = settling(tiny)
+    for repetition in repetitions(follows, 29):
         # The solver stops somewhere within 1e-6 of the solution.
         loads.values[:] = 100.0 * (1.0 + 1e-6 * (-1) ** repetition)
         if follows.converged():
@@ -102,10 +109,7 @@ def test_what_a_solver_cannot_resolve_counts_as_agreement(tiny: dict[str, Path])
 
 def test_a_coarse_swing_does_not_count_as_agreement(tiny: dict[str, Path]) -> None:
     follows, loads = settling(tiny)
-    follows.begin()
-    for repetition in range(1, 30):
-        if repetition > 1:
-            follows.pass_on()
+    for repetition in repetitions(follows, 29):
         loads.values[:] = 100.0 * (1.0 + 1e-3 * (-1) ** repetition)
         assert not follows.converged()
 
@@ -113,14 +117,11 @@ def test_a_coarse_swing_does_not_count_as_agreement(tiny: dict[str, Path]) -> No
 def test_the_same_from_two_means_does_not_count_as_agreement(tiny: dict[str, Path]) -> None:
     """Up to 76 all gives 100, and 100 gives nothing: the means 50 and 75 give the same, and the solution is 85.88."""
     follows, loads = settling(tiny)
-    follows.begin()
-    for repetition in range(1, 51):
-        if repetition > 1:
-            follows.pass_on()
+    for _ in repetitions(follows, 50):
         loads.values[:] = np.interp(loads.values, [76.0, 90.0, 100.0], [100.0, 80.0, 0.0])
         if follows.converged():
             break
-    assert repetition > DAMPED_AFTER
+    assert follows.repetitions > DAMPED_AFTER
     np.testing.assert_allclose(loads.values, (100.0 + 76.0 / 0.7) / (1.0 + 1.0 / 0.7), rtol=1e-7)
 
 
@@ -129,14 +130,11 @@ def test_a_point_that_touches_in_every_other_repetition_keeps_the_friction_of_th
 ) -> None:
     follows, loads = settling(tiny)
     loads.values[:] = [80.0, 0.0]
-    follows.begin()
-    for repetition in range(1, 51):
-        if repetition > 1:
-            follows.pass_on()
+    for _ in repetitions(follows, 50):
         # The second point touches where its friction is that of no load; the first one, where it touches, is pressed less.
         touches = loads.values[1] < 55.0
         loads.values[:] = [90.0 if touches else 100.0, 100.0 if touches else 0.0]
         if follows.converged():
             break
     assert loads.values.tolist() == [90.0, 100.0]
-    assert repetition <= DAMPED_AFTER + 2 * PATIENCE
+    assert follows.repetitions <= DAMPED_AFTER + 2 * PATIENCE
