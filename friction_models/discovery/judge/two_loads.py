@@ -10,10 +10,7 @@ from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.scan import Fit
 from .beside_reference import effects_of
 from .error_budget import fall
-from .names import CERTAIN, Names
-
-#: Standard errors by which a law of one load takes the place of one of several, beside a name for the others.
-BETTER = 1.0
+from .names import BETTER, CERTAIN, Names
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ class TwoLoads:
 
     def _pair(self, kept: Sequence[Fit], fit: Fit) -> list[Fit]:
         """Return the names with the best laws of one load in place of one of several; nothing where it is none."""
-        loads = self._loads(fit)
+        loads = self.names.loads(fit)
         if len(loads) < 2 or fit.effect.needs_state:
             return []
         known = {f.name for f in kept}
@@ -77,9 +74,4 @@ class TwoLoads:
 
     def _is_simple(self, fit: Fit, load: str) -> bool:
         """Return whether an effect is physics of one load that varies, without memory."""
-        return self._loads(fit) == [load] and fit.effect.kind == "physics" and not fit.effect.needs_state
-
-    def _loads(self, fit: Fit) -> list[str]:
-        """Return the loads that drive an effect and vary here."""
-        varied = self.names.unseen.campaign.varied
-        return [d for d in dict.fromkeys(fit.effect.driver) if d in varied]
+        return self.names.loads(fit) == [load] and fit.effect.kind == "physics" and not fit.effect.needs_state
