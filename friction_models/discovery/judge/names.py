@@ -131,10 +131,10 @@ class Names:
         if kept:
             return kept
         tried = [f for f in self.found.ranking[: RIVALS + 1] if f.name not in {c.name for c in chosen[:1]}]
-        seen = (f for f in tried if (chosen and self.found.p_value(f) < LEVEL) or self._alone(f))
+        seen = (f for f in tried if (chosen and self.found.p_value(f) < LEVEL) or self._shown(f))
         return next(([f] for f in seen if self._helps([], f)), [])
 
-    def _alone(self, fit: Fit) -> bool:
+    def _shown(self, fit: Fit) -> bool:
         """Return whether unseen tests alone show an effect for certain; in the scan others may drown it."""
         return fit.gain > 0.0 and falls(self.unseen.errors(), self.unseen.errors(effects_of([fit])), ALONE)
 

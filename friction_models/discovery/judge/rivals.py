@@ -96,7 +96,7 @@ class Rivals:
             return False
         if certain <= BEHIND and self._agreed(kept, instead) <= BEHIND_IN_BOTH:
             return False
-        return self._apart(kept, instead, [], *_alone(kept, instead))
+        return self._apart(kept, instead, [], *_only_forms(kept, instead))
 
     def _agreed(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> float:
         """Return by how many standard errors the leads of single tests prefer some effects to others."""
@@ -107,7 +107,7 @@ class Rivals:
 
         With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
         """
-        if self.campaign.averaged and not self._apart(kept, instead, [], *_alone(kept, instead)):
+        if self.campaign.averaged and not self._apart(kept, instead, [], *_only_forms(kept, instead)):
             return False
         return self._agreed(kept, instead) >= AGREED or self._behind(kept, instead)
 
@@ -150,7 +150,7 @@ class Rivals:
         return [kept[most], *(f for f in kept if f is not kept[most])]
 
 
-def _alone(kept: Sequence[Fit], instead: Sequence[Fit]) -> tuple[Fit, ...]:
+def _only_forms(kept: Sequence[Fit], instead: Sequence[Fit]) -> tuple[Fit, ...]:
     """Return the only name and what stands in its place; nothing where there are several names."""
     return (kept[0], instead[0]) if len(kept) == 1 else ()
 

@@ -145,7 +145,9 @@ class UnseenTestsJudge:
             return "partly_explained" if shares.left > EXPLAINED and physical else verdict
         if verdict in NAMED or verdict == "nothing_missing":
             return (
-                "unknown_structure" if _alone(shares) and _alone(self.beside.divided()) else "nothing_missing"
+                "unknown_structure"
+                if _certainly_missing(shares) and _certainly_missing(self.beside.divided())
+                else "nothing_missing"
             )
         return verdict
 
@@ -170,7 +172,7 @@ def _told_apart(kept: Sequence[Fit], alike: Sequence[str], behind: Sequence[str]
     return {*alike} <= {*behind, *(f.name for f in kept)}
 
 
-def _alone(shares: ErrorShares) -> bool:
+def _certainly_missing(shares: ErrorShares) -> bool:
     """Return whether the reference says for certain that something is missing, where no effect is seen."""
     return shares.missing > ALONE_SHARE * shares.base and shares.certainty > ALONE_CERTAIN
 
