@@ -141,33 +141,20 @@ class Names:
     def _best_led(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by one that fits as well and that unseen tests clearly prefer, where much is left to predict.
 
-        One that fits all tests about as well, and explains where the first does not or needs fewer loads, is the likelier answer:
-        `BETTER` is enough for it.
+        One that fits all tests about as well and explains, where the first does not, is the likelier answer: `BETTER` is enough for it.
         """
-        if not kept:
+        if not kept or self.explain(kept):
             return kept
         first, *others = kept
-        explained, loads = self.explain(kept), self.loads(first)
         before = self.unseen.errors(effects_of(kept))
         for fit in self.found.ranking[: 2 * RIVALS]:
-            if fit.name in {f.name for f in kept} or fit.gain <= AS_GOOD * first.gain:
-                continue
-            simpler = fit.effect.kind == "physics" and set(self.loads(fit)) < set(loads)
-            if explained and not simpler:
-                continue
-            instead = [fit, *others]
-            after = self.unseen.errors(effects_of(instead))
-            if not explained and prefers(before, after):
-                return instead
-            alike = fit.gain > ALIKE * first.gain and prefers(before, after, BETTER)
-            if alike and (simpler or self.explain(instead)):
-                return instead
+            if fit.name not in {f.name for f in kept} and fit.gain > AS_GOOD * first.gain:
+                instead = [fit, *others]
+                after = self.unseen.errors(effects_of(instead))
+                alike = fit.gain > ALIKE * first.gain and _prefers(before, after, BETTER)
+                if _prefers(before, after) or (alike and self.explain(instead)):
+                    return instead
         return kept
-
-    def loads(self, fit: Fit) -> list[str]:
-        """Return the loads that drive an effect and vary here."""
-        varied = self.unseen.campaign.varied
-        return [d for d in dict.fromkeys(fit.effect.driver) if d in varied]
 
     def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED, clear: bool = False) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried, and what is `clear`.
@@ -225,7 +212,7 @@ class Names:
         """Return whether unseen tests clearly prefer the second of two sets of effects; what is refitted has the last word."""
         if fall(self.straight.errors(some), self.straight.errors(others))[1] < CERTAIN:
             return False
-        return prefers(self.unseen.errors(effects_of(some)), self.unseen.errors(effects_of(others)))
+        return _prefers(self.unseen.errors(effects_of(some)), self.unseen.errors(effects_of(others)))
 
     def _confirmed(self, kept: list[Fit], fit: Fit, clear: bool, enough: bool) -> bool:
         """Return whether a further effect helps for certain, or is `clear` to the scan and helps.
@@ -284,7 +271,7 @@ def falls(before: ErrorsByTest, after: ErrorsByTest, needed: float) -> bool:
     return certain > needed and gain > CONFIRMED_SHARE * before.rms**2
 
 
-def prefers(before: ErrorsByTest, after: ErrorsByTest, needed: float = CERTAIN) -> bool:
+def _prefers(before: ErrorsByTest, after: ErrorsByTest, needed: float = CERTAIN) -> bool:
     """Return whether an error falls clearly, and by enough to matter: twins may differ by a hair in every test alike."""
     gain, certain = fall(before, after)
     return certain > needed and gain > LEAST_SHARE * before.rms**2

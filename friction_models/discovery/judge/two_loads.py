@@ -47,7 +47,7 @@ class TwoLoads:
 
     def _pair(self, kept: Sequence[Fit], fit: Fit) -> list[Fit]:
         """Return the names with the best laws of one load in place of one of several; nothing where it is none."""
-        loads = self.names.loads(fit)
+        loads = self._loads(fit)
         if len(loads) < 2 or fit.effect.needs_state:
             return []
         known = {f.name for f in kept}
@@ -74,4 +74,9 @@ class TwoLoads:
 
     def _is_simple(self, fit: Fit, load: str) -> bool:
         """Return whether an effect is physics of one load that varies, without memory."""
-        return self.names.loads(fit) == [load] and fit.effect.kind == "physics" and not fit.effect.needs_state
+        return self._loads(fit) == [load] and fit.effect.kind == "physics" and not fit.effect.needs_state
+
+    def _loads(self, fit: Fit) -> list[str]:
+        """Return the loads that drive an effect and vary here."""
+        varied = self.names.unseen.campaign.varied
+        return [d for d in dict.fromkeys(fit.effect.driver) if d in varied]

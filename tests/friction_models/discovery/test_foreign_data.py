@@ -62,7 +62,8 @@ def test_a_fault_that_is_none_is_still_refused() -> None:
 def test_effects_of_absent_loads_are_no_rivals(lacking: list[str], stribeck: Table) -> None:
     answer = diagnose(stribeck[0].drop(columns=lacking), stribeck[1])
     assert answer.effects == ["stribeck"] and answer.confusion_set == ["stribeck"]
-    assert answer.confidence <= 0.5  # the load that nobody recorded may be the cause
+    # the load that nobody recorded may be the cause, if it went with the speed
+    assert 0.5 < answer.confidence <= 0.75
     assert any("flash_temperature was not tested: it needs sigma_n" in w for w in answer.warnings)
     assert any("may as well be an effect of a load that the data lack" in w for w in answer.warnings)
 
