@@ -139,6 +139,7 @@ class TwinSettings:
                 at_points,
                 reading.others(found, self.uncertainty),
                 state,
+                T0,
                 self.heat,
                 lambda state, heat: heated(state, heat).at(series.sd)["mean"],
                 self.uncertainty,

@@ -89,6 +89,7 @@ def process_uncertainties(
         read(usual),
         others,
         state,
+        case.T0,
         process.thermal,
         temperature,
         given,

@@ -93,6 +93,7 @@ def load_uncertainties(
     contact: ContactAtPoints,
     others: Iterable[ContactAtPoints],
     state: ContactState,
+    T0: float,
     heat: ThermalSettings,
     temperature: Callable[[ContactState, ThermalSettings], FloatArray],
     given: GivenUncertainty,
@@ -104,6 +105,7 @@ def load_uncertainties(
 
     - `sigma_n`: as stated [MPa]; `rise`: of the contact temperature above the plate [K]; both of shape (n,).
     - `contact`, `others`: the contact as stated, and after each change of what shapes it.
+    - `T0`: temperature of the specimen before it is upset [degC].
     - `temperature`: returns the contact temperature at the points for another contact, warmer or wider, or other heat data.
     """
     area, psi = contact.area, contact.psi
@@ -125,7 +127,13 @@ def load_uncertainties(
     film = heat.heat_transfer * math.exp(-given.heat_transfer)
     squares_T += change(replace(coarse, heat_transfer=film)) ** 2
     squares_T += change(replace(coarse, plate=_scaled(heat.plate, factor))) ** 2
-    squares_T += change(replace(coarse, specimen=_scaled(heat.specimen, factor))) ** 2
+    more, specimen = 1.0 + given.heat_data, heat.specimen
+    conducting = replace(specimen, conductivity=scaled(specimen.conductivity, more))
+    squares_T += change(replace(coarse, specimen=conducting)) ** 2
+    # Heat of upsetting warms a specimen of larger capacity less.
+    colder = (contact.T_specimen - T0) * (1.0 / more - 1.0)
+    holding = replace(specimen, capacity=scaled(specimen.capacity, more))
+    squares_T += change(replace(coarse, specimen=holding), warmer=colder) ** 2
     by_area = change(coarse, 1.0 + AREA_STEP) / math.log1p(AREA_STEP)
     squares_sigma, squares_psi = (given.mesh * sigma_n) ** 2, (given.mesh * psi) ** 2
     by_start = change(coarse, warmer=START_STEP) / START_STEP

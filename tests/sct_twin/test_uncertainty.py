@@ -12,6 +12,7 @@ import pytest
 from scipy.linalg import solve_banded
 
 from forming import FlowTable, Material, PowerLaw, steel_16MnCr5
+from forming.fe.heat.properties import scaled
 from friction_models import PolynomialFriction
 from friction_models.common import InputError
 from friction_models.loads import DataSet
@@ -80,6 +81,35 @@ def test_interface_and_heat_data(record_maker: Maker) -> None:
             squares = squares + (other["T"] - base["T"]) ** 2
     stated = columns(plain(uncertainty=only(heat_data=0.05)), test)
     assert stated["u_T"][5:] == pytest.approx(np.sqrt(squares)[5:], rel=0.2)
+
+
+def test_capacity_of_the_specimen_from_upsetting_on(record_maker: Maker) -> None:
+    """A slow test on a specimen that was upset far: how warm it starts is most of what its capacity changes."""
+    test = record(record_maker, OPEN, 157e3, v=1.0)
+    steel, heat = steel_16MnCr5(), plain().heat
+    base = columns(plain(), test)
+    assert base["T"][0] > 40.0  # 20 before upsetting
+    body = heat.specimen
+    more = ThermalBody(body.conductivity, scaled(body.capacity, 1.05))
+    capacity = columns(
+        plain(
+            material=replace(steel, cp=1.05 * steel.cp),
+            thermal=replace(heat, specimen=more),
+        ),
+        test,
+    )
+    better = ThermalBody(scaled(body.conductivity, 1.05), body.capacity)
+    conductivity = columns(plain(thermal=replace(heat, specimen=better)), test)
+    plate = [
+        columns(plain(thermal=replace(heat, plate=changed)), test)
+        for changed in (
+            ThermalBody(scaled(heat.plate.conductivity, 1.05), heat.plate.capacity),
+            ThermalBody(heat.plate.conductivity, scaled(heat.plate.capacity, 1.05)),
+        )
+    ]
+    squares = sum((other["T"] - base["T"]) ** 2 for other in (capacity, conductivity, *plate))
+    stated = columns(plain(uncertainty=only(heat_data=0.05)), test)
+    assert stated["u_T"] == pytest.approx(np.sqrt(squares), rel=0.25)
 
 
 def test_flow_stress_and_friction_while_upsetting(record_maker: Maker) -> None:
