@@ -374,7 +374,7 @@ class Simulation:
             return False
         return (
             state.since_remesh >= policy.every
-            or float((state.body.strain - state.strain_at_remesh).max()) > policy.strain
+            or float((state.body.strain - state.strain_at_remesh).max()) > policy.largest_strain(state.travel)
             or float(qualities(state.body.x, state.body.quads).min()) < policy.quality
         )
 

@@ -38,6 +38,9 @@ AFTER_REMESH = 0.5
 #: Largest plastic strain between two remeshings. The surface that leaves the die stretches by as much, and a rod whose
 #: sides have become long touches the land where shorter ones leave it.
 STRAIN = 0.25
+#: That in the steepest cones while the die folds the front edge of the billet open, and the travel until it has, as a share of the
+#: container's radius. The steeper the cone, the more do elements beside the edge stretch, and psi there grew with each mesh more.
+FOLDING_STRAIN, FOLDED_AFTER = 0.12, 0.12
 #: Largest sliding in one increment, and in that with which a node arrives on the land, in elements.
 SLIDING, ARRIVAL = 0.55, 0.2
 #: Longest container [mm].
@@ -275,7 +278,11 @@ class ForwardRodExtrusion(Extrusion):
             arc,
             size=size_at,
             control=control,
-            policy=RemeshPolicy(strain=STRAIN),
+            policy=RemeshPolicy(
+                strain=STRAIN,
+                first_strain=max(FOLDING_STRAIN, 2.0 * STRAIN * np.cos(np.radians(die.half_angle)) ** 2),
+                first_travel=FOLDED_AFTER * die.container_radius,
+            ),
             compliance=self.elasticity.compliance,
         )
         return self.thermal.apply(simulation)
