@@ -134,7 +134,8 @@ class RemeshPolicy:
     every: int = 14  #: Increments since the last mesh, at least.
     quality: float = 0.3  #: The worst element is below this quality.
     strain: float = 0.4  #: Somewhere plastic strain has grown by more than this since the last mesh.
-    first_strain: float = np.inf  #: That limit while the tools have travelled less than `first_travel` [mm], if smaller.
+    #: That limit while the tools have travelled less than `first_travel` [mm], if smaller.
+    first_strain: float = np.inf
     first_travel: float = 0.0
 
     def largest_strain(self, travel: float) -> float:

@@ -114,13 +114,15 @@ def error_shares(
     """Return the error budget of a model as it is, and with the effects that are named, beside other predictions of the same tests.
 
     What these predict better counts from so many standard errors on as `needed`: that something is missing at all has to be sure.
+    One that errs in a test by more than the model does in any knows nothing of it, by however much: curves end where other tests
+    do, and a single test beyond them would else hide what is known of all others.
     """
     tests = len(named.total)
     best, certainty, beyond = np.zeros(tests), 0.0, 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)
         if part == "within" or tests >= LEAST_TESTS:
-            for other in (getattr(k, part) for k in known):
+            for other in (np.minimum(getattr(k, part), own.max()) for k in known):
                 gain, certain = lead(own, other, named.setting)
                 beyond = max(beyond, certain)
                 nearer = own + likely(certain) * (other - own)

@@ -141,17 +141,18 @@ class Names:
     def _best_led(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by one that fits as well and that unseen tests clearly prefer, where much is left to predict.
 
-        One that fits all tests about as well and explains, where the first does not, is the likelier answer: `BETTER` is enough for it.
+        One that fits all tests about as well and explains, where the first for certain does not, is the likelier answer: `BETTER` is enough.
         """
         if not kept or self.explain(kept):
             return kept
         first, *others = kept
         before = self.unseen.errors(effects_of(kept))
+        sure = self.beside.shares(kept).believed
         for fit in self.found.ranking[: 2 * RIVALS]:
             if fit.name not in {f.name for f in kept} and fit.gain > AS_GOOD * first.gain:
                 instead = [fit, *others]
                 after = self.unseen.errors(effects_of(instead))
-                alike = fit.gain > ALIKE * first.gain and _prefers(before, after, BETTER)
+                alike = sure and fit.gain > ALIKE * first.gain and _prefers(before, after, BETTER)
                 if _prefers(before, after) or (alike and self.explain(instead)):
                     return instead
         return kept

@@ -16,16 +16,18 @@ LIKELY, CHANCE = [6.4, -2.7] * 8, [4.0, -3.4] * 8
 
 
 class _Effect:
-    """An effect, which is its own fit: it leaves a share of what can be predicted, and errors of unseen tests fall by so much."""
+    """An effect, which is its own fit: it leaves a share of what can be predicted, for `sure` or not, and errors of unseen tests fall by so much."""
 
-    def __init__(self, name: str, left: float, fall: list[float], gain: float = 100.0) -> None:
-        self.name, self.left, self.fall, self.gain = name, left, np.array(fall), gain
+    def __init__(
+        self, name: str, left: float, fall: list[float], gain: float = 100.0, sure: bool = True
+    ) -> None:
+        self.name, self.left, self.fall, self.gain, self.sure = name, left, np.array(fall), gain, sure
 
 
 def _names(*ranking: _Effect) -> Names:
     """Return the judge of names where unseen tests say of each effect what it holds."""
     unseen = SimpleNamespace(errors=lambda effects: ErrorsByTest(9.0 - effects[0].fall, np.zeros(16)))
-    beside = SimpleNamespace(shares=lambda kept: SimpleNamespace(left=kept[0].left))
+    beside = SimpleNamespace(shares=lambda kept: SimpleNamespace(left=kept[0].left, believed=kept[0].sure))
     found = SimpleNamespace(ranking=ranking)
     return Names(cast(Any, unseen), cast(Any, found), cast(Any, None), cast(Any, beside), cast(Any, None))
 
@@ -48,6 +50,11 @@ def test_what_explains_leads_where_the_first_does_not() -> None:
     assert _led(both, _Effect("speed", 0.05, LIKELY)) == "speed"
     assert _led(both, _Effect("speed", 0.25, LIKELY)) == "both"
     assert _led(both, _Effect("speed", 0.05, CHANCE)) == "both"
+
+
+def test_what_may_explain_goes_on_leading() -> None:
+    """Twins of a law take turns on unseen tests: the reference must say for certain that the first leaves something."""
+    assert _led(_Effect("both", 0.17, NOTHING, sure=False), _Effect("speed", 0.05, LIKELY)) == "both"
 
 
 def test_one_that_fits_all_tests_worse_needs_more() -> None:
