@@ -126,3 +126,20 @@ def test_the_budget_and_the_warning_of_another_form_say_the_same() -> None:
     assert (
         "flexible curves predict unseen tests hardly better than the model with running_in" in found.report()
     )
+
+
+@pytest.mark.parametrize("seed", SEEDS[1:3])
+def test_a_hot_test_far_from_all_others_does_not_hide_a_wave(seed: int) -> None:
+    """No law of the catalogue waves. One test of 60 is twice as hot as the others: what curves say of it is beyond all measure."""
+    rng = np.random.default_rng(seed)
+    sd, tests = np.linspace(0.5, 30.0, 25), []
+    for i in range(60):
+        v, p = np.exp(rng.uniform(1.0, 6.0)), rng.uniform(400.0, 2000.0)
+        start, rise = (rng.uniform(20.0, 200.0), rng.uniform(60.0, 300.0)) if i else (250.0, 800.0)
+        T = start + rise * np.sqrt(sd / 30.0)
+        mu = 0.07 + 2e-5 * T + 0.006 * np.sin(T / 28.0)
+        mu += 0.002 * rng.standard_normal(25) + 0.002 * rng.standard_normal()
+        loads = {"t": sd / v, "v_rel": v, "T": T, "sigma_n": p, "sd": sd, "psi": 1.5}
+        tests.append(pd.DataFrame({"test_id": f"t{i:02d}", **loads, "mu": mu}))
+    found = diagnose(pd.concat(tests, ignore_index=True))
+    assert found.verdict == "unknown_structure"

@@ -199,6 +199,7 @@ def test_what_is_left_beside_a_name_grows_with_its_certainty() -> None:
     """A gain is missing by as much as is likely, not in full from some level on: one test more or less does not decide."""
     rng = np.random.default_rng(2)
     named, gain = 4.0 + rng.normal(size=40), rng.normal(size=40)
+    named[0] += 100.0  # all predictions alike may err more in one test
     nothing = np.zeros(40)
     base = ErrorsByTest(np.full(40, 9.0), nothing)
     left = []
@@ -211,6 +212,19 @@ def test_what_is_left_beside_a_name_grows_with_its_certainty() -> None:
         assert (alone.missing > 0.0) == (certain > BELIEVED)
         left.append(shares.left)
     assert left[0] == 0.0 and np.all(np.diff(left) > 0.0) and left[3] - left[2] < 0.02
+
+
+def test_one_test_beyond_all_others_does_not_hide_what_is_known_of_them() -> None:
+    """The reference halves the errors of 39 tests, and of one beyond all of them it knows nothing."""
+    own, nothing = np.full(40, 4.0), np.zeros(40)
+    own[:8] = 6.0
+    known = 0.5 * own
+    known[3] = 1000.0
+    model = ErrorsByTest(own, nothing)
+    shares = error_shares(model, model, [ErrorsByTest(known, nothing)], BELIEVED)
+    assert shares.believed and shares.missing > 0.45 * shares.base
+    known[3:30] = 1000.0
+    assert error_shares(model, model, [ErrorsByTest(known, nothing)], BELIEVED).missing == 0.0
 
 
 def test_folds_hold_every_test_once() -> None:
