@@ -128,7 +128,7 @@ def test_the_budget_and_the_warning_of_another_form_say_the_same() -> None:
     )
 
 
-@pytest.mark.parametrize("seed", SEEDS[1:3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_a_hot_test_far_from_all_others_does_not_hide_a_wave(seed: int) -> None:
     """No law of the catalogue waves. One test of 60 is twice as hot as the others: what curves say of it is beyond all measure."""
     rng = np.random.default_rng(seed)
