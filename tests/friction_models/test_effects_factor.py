@@ -90,7 +90,7 @@ def answer_of(made: Callable[[int], tuple[pd.DataFrame, pd.DataFrame]], seed: in
 def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range, wrong: int) -> None:
     answers = [answer_of(one_operator, seed) for seed in seeds]
     named = [a for a in answers if a.effects == ["factor:operator"]]
-    assert len(named) >= len(seeds) - wrong and all(a.verdict == "explained" for a in named)
+    assert sum(a.verdict == "explained" for a in named) >= len(seeds) - wrong
     assert not any(set(a.effects) - {"factor:operator"} for a in answers)
     fitted = named[0].parameters["factor:operator"]
     assert fitted["values"]["deviating"]["value"] == 1.0 and "1 = bert" in fitted["equation"]

@@ -24,6 +24,7 @@ from ...loads import (
 )
 from ...loads.contract import QUANTITIES, behind
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
+from .load_noise import without_noise
 from .metadata import about_table, metadata_columns
 from .settings import HELD, setting_of_tests, varies
 
@@ -207,6 +208,7 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
     change = np.r_[True, groups[1:] != groups[:-1]]
     order = np.cumsum(change) - 1
     point_starts = np.flatnonzero(change)
+    loads = without_noise(loads, point_starts)
     bins = int(np.clip(ALL_BINS // len(point_starts), BINS, MOST_BINS))
     progress, distance = _progress(loads, point_starts, bins)
     slot_of_point = np.minimum((bins * progress ** (1.0 / FINENESS)).astype(int), bins - 1)
