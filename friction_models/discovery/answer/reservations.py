@@ -77,10 +77,15 @@ def could_hide(hidden: dict[str, float], mu: float) -> list[str]:
 
 
 def about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
-    """Return a warning where the noise hides everything."""
-    if not blurred(campaign, found):
-        return []
-    return [
-        f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
-        "and faulty tests first, little else can be seen in such data"
-    ]
+    """Return warnings where averages are not trusted, and where the noise hides everything."""
+    said = []
+    if (off := campaign.distrusted) is not None:
+        said.append(
+            f"{int(off.sum())} of {len(off)} averages lie far off the rest of their test and carry no weight"
+        )
+    if blurred(campaign, found):
+        said.append(
+            f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
+            "and faulty tests first, little else can be seen in such data"
+        )
+    return said

@@ -170,7 +170,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     absent = not_measured(frame.columns)
     if absent and len(absent) < len(LOADS):
         names = ", ".join(absent)
-        warnings.append(f"the data lack {names}: held constant, effects of these loads cannot be seen")
+        warnings.append(f"the data lack {names}: taken as constant, effects of these loads cannot be seen")
     if "test_id" not in frame.columns:
         warnings.append("the data have no test_id: all points count as one test")
         frame = frame.assign(test_id="all")
@@ -271,6 +271,5 @@ def _about_order(loads: TriboLoads) -> list[str]:
     tests = len(np.unique(loads.test_id[1:][falls]))
     if not tests:
         return []
-    return [
-        f"sd falls within {tests} tests: are their points out of order? they are taken in the order of the table"
-    ]
+    where = "one test: are its points" if tests == 1 else f"{tests} tests: are their points"
+    return [f"sd falls within {where} out of order? they are taken in the order of the table"]

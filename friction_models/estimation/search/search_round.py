@@ -161,10 +161,6 @@ def distrust_outliers(campaign: BinnedTests, base: BaseLaw) -> NoiseFloor | None
         if flagged.sum() == known.sum() or flagged.mean() > MOST_OUTLIERS:
             break
         campaign.distrusted = flagged
-    if campaign.distrusted is not None:
-        campaign.warnings.append(
-            f"{int(campaign.distrusted.sum())} of {len(y)} averages lie far off the rest of their test and carry no weight"
-        )
     return floor
 
 
