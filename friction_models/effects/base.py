@@ -17,11 +17,16 @@ import numpy.typing as npt
 
 from ..common import InputError, unknown_name
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
-from ..loads import LOAD_NAMES, LOADS, FloatArray
+from ..loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 from ..models.variables import StateVariable
 
 #: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`).
 Spans = Mapping[str, tuple[float, ...]]
+#: A shape parameter that is closer to a bound than this share of its range is at the bound.
+AT_BOUND = 1e-6
+#: Larger logarithms are no numbers.
+LARGEST_LOG = 700.0
+_ABSOLUTE_ZERO = QUANTITIES["T"].lower
 #: Shape parameters by name: numbers, or rows of shape [1, g] for g sets at once.
 Parameters = Mapping[str, Value]
 
@@ -104,6 +109,29 @@ class ShapeParameter:
     points: int = 8
     log: bool = True
     earlier: float | None = None
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether fits, steps and intervals are on a logarithmic scale: what is positive; temperatures from absolute zero on."""
+        return self.lower > self._zero
+
+    def inner(self, value: float) -> float:
+        """Return a value on the scale on which it is fitted."""
+        return float(np.log(value - self._zero)) if self.logarithmic else value
+
+    def outer(self, value: float) -> float:
+        """Return what a value on the scale of the fit is, within the bounds."""
+        free = float(np.exp(min(value, LARGEST_LOG))) + self._zero if self.logarithmic else value
+        return min(max(free, self.lower), self.upper)
+
+    def at_bound(self, value: float) -> bool:
+        """Return whether a value is at one of the bounds."""
+        low, own, high = (self.inner(v) for v in (self.lower, value, self.upper))
+        return min(own - low, high - own) <= AT_BOUND * (high - low)
+
+    @property
+    def _zero(self) -> float:
+        return _ABSOLUTE_ZERO if self.unit == "degC" else 0.0
 
     @property
     def fitted(self) -> bool:
@@ -306,7 +334,9 @@ class Effect:
 
     def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
         """Return between which values a fit may move a shape parameter whose scan values these are."""
-        return max(shape.lower, 0.5 * float(values.min())), min(shape.upper, 2.0 * float(values.max()))
+        least, most = float(values.min()), float(values.max())
+        # temperatures may be negative
+        return max(shape.lower, least - 0.5 * abs(least)), min(shape.upper, most + abs(most))
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         """Return one column of shape [n, 1] per amplitude.

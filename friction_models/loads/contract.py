@@ -52,7 +52,7 @@ LOADS: tuple[Quantity, ...] = (
     Quantity("v_rel", "mm/s", "relative sliding speed", 0.0, 1e5, 50.0),
     Quantity("T", "degC", "contact temperature, mean of the two surfaces", -273.15, 2000.0, 80.0),
     Quantity("sigma_n", "MPa", "contact normal pressure", 0.0, 1e5, 1000.0),
-    Quantity("sd", "mm", "sliding distance of the workpiece point", 0.0, 1e6, 10.0),
+    Quantity("sd", "mm", "sliding distance of the workpiece point", 0.0, 1e9, 10.0),
     Quantity("psi", "1", "local surface expansion dA/dA0", 1e-3, 1e3, 1.2),
 )
 MU = Quantity("mu", "1", "coefficient of friction", 0.0, 10.0, 0.08)

@@ -47,8 +47,8 @@ class _Problem:
         self.bins, self.weigh, self.effects, self.start = bins, weigh, effects, start
         self.free = [(k, s) for k, e in enumerate(effects) for s in e.free_shapes]
         grids = [e.grids(bins.spans) for e in effects]
-        limits = [effects[k].limits(s, grids[k][s.name]) for k, s in self.free]
-        self.low, self.high = np.log(limits).reshape(-1, 2).T
+        limits = [[s.inner(v) for v in effects[k].limits(s, grids[k][s.name])] for k, s in self.free]
+        self.low, self.high = np.array(limits, dtype=np.float64).reshape(-1, 2).T
         self.q = np.linalg.qr(weigh(bins.columns))[0]
         self.target = self._beside(weigh(bins.y))
 
@@ -73,14 +73,14 @@ class _Problem:
         def at(theta: FloatArray) -> Shapes:
             shapes = [dict(s) for s in self.start]
             for (k, s), value in zip(self.free, theta, strict=True):
-                shapes[k][s.name] = float(np.exp(value))
+                shapes[k][s.name] = s.outer(float(value))
             return shapes
 
         def rest(theta: FloatArray) -> FloatArray:
             c = self._terms(at(theta))
             return np.asarray(self.target - c @ np.linalg.lstsq(c, self.target, rcond=1e-9)[0])
 
-        begin = np.log([self.start[k][s.name] for k, s in self.free])
+        begin = np.array([s.inner(self.start[k][s.name]) for k, s in self.free])
         solver: Any = least_squares
         found = solver(
             rest,

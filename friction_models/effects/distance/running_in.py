@@ -30,7 +30,7 @@ class RunningIn(Effect):
     amplitudes = (Amplitude("delta_r", "1", "friction of the first contact above the run-in one", 0, 0.02),)
     shapes = (
         ShapeParameter(
-            "s_r", "mm", "running-in distance", 1e-6, 50.0, 3.0, follows="distance", span=(20.0, 0.27)
+            "s_r", "mm", "running-in distance", 1e-6, 1e9, 3.0, follows="distance", span=(20.0, 0.27)
         ),
     )
 

@@ -30,7 +30,7 @@ class WearOut(Effect):
     amplitudes = (Amplitude("delta_w", "1", "friction of the worn film above the fresh one", 1, 0.04),)
     shapes = (
         ShapeParameter(
-            "s_w", "mm", "life of the film", 1e-6, 1e4, 35.0, follows="distance", span=(200.0, 2.0)
+            "s_w", "mm", "life of the film", 1e-6, 1e9, 35.0, follows="distance", span=(200.0, 2.0)
         ),
         ShapeParameter("n", "1", "steepness", 1.5, 8.0, 3.0, values=(2.0, 4.0, 7.0)),
     )

@@ -19,6 +19,8 @@ LEAST = 0.01
 KEPT = 0.2
 #: What a cosine that is a little longer than the tested range goes through, with twelve waves over the range at most.
 MOST_TURNS = 32
+#: Middles of curves lie at least so far above the least value that a load can have.
+TINY = 1e-9
 #: Largest values below this count as this.
 SMALL = 1e-6
 
@@ -70,15 +72,15 @@ def centre(name: str, part: Part) -> ShapeParameter:
     """Return the parameter that says where a curve has its middle."""
     load = load_of(part.load)
     q = QUANTITIES[load]
-    unit, start = ("1", 0.3) if part.other else (q.unit, q.nominal)
-    return ShapeParameter(name, unit, f"place in {part.load}", 1e-9, 1e6, start)
+    unit, least, start = ("1", 0.0, 0.3) if part.other else (q.unit, q.lower, q.nominal)
+    return ShapeParameter(name, unit, f"place in {part.load}", least + TINY, 1e9, start)
 
 
 def wave(part: Part, ending: str = "") -> tuple[ShapeParameter, ShapeParameter]:
     """Return length and phase of a wave."""
     unit = QUANTITIES[load_of(part.load)].unit
     return (
-        ShapeParameter(f"l{ending}", unit, f"wave length in {part.load}", 1e-9, 1e6, 10.0, points=17),
+        ShapeParameter(f"l{ending}", unit, f"wave length in {part.load}", 1e-9, 1e9, 10.0, points=17),
         ShapeParameter(f"f{ending}", "1", "phase, as a share of a wave", 0.05, 0.95, 0.5, points=4),
     )
 
@@ -86,7 +88,7 @@ def wave(part: Part, ending: str = "") -> tuple[ShapeParameter, ShapeParameter]:
 def alone(part: Part) -> tuple[ShapeParameter, ...]:
     """Return the parameters of a curve that is a whole term."""
     unit = "1" if part.logarithmic or part.added else QUANTITIES[load_of(part.load)].unit
-    width = ShapeParameter("w", unit, "width", 1e-9, 1e6, 0.3 if unit == "1" else 50.0, points=3)
+    width = ShapeParameter("w", unit, "width", 1e-9, 1e9, 0.3 if unit == "1" else 50.0, points=3)
     exponent = ShapeParameter("n", "1", "exponent", 0.05, 6.0, 0.5, points=4)
     own: dict[str, tuple[ShapeParameter, ...]] = {
         "power": (exponent,),
@@ -98,7 +100,7 @@ def alone(part: Part) -> tuple[ShapeParameter, ...]:
         "wave": wave(part),
         "ripple": (
             *wave(part),
-            ShapeParameter("d", unit, "range over which it fades", 1e-9, 1e6, 20.0, points=2),
+            ShapeParameter("d", unit, "range over which it fades", 1e-9, 1e9, 20.0, points=2),
         ),
     }
     if part.other:
@@ -124,7 +126,8 @@ def centres(part: Part, ranges: Mapping[str, tuple[float, float]], several: int)
     low, high = ranges[load_of(part.load)]
     if part.logarithmic:
         return tuple(np.geomspace(max(low, LEAST * high) * 1.3, 0.85 * high, several))
-    return tuple(np.maximum(np.linspace(low, high, several + 2)[1:-1], 1e-9))
+    least = QUANTITIES[load_of(part.load)].lower + TINY
+    return tuple(np.maximum(np.linspace(low, high, several + 2)[1:-1], least))
 
 
 def wave_grid(

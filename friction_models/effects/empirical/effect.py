@@ -60,7 +60,8 @@ class Empirical(Effect):
             return low, high
         least, most = float(values.min()), float(values.max())
         step = (most - least) / max(len(values) - 1, 1)
-        return max(low, least - 0.9 * step, 0.7 * least), min(high, most + 0.9 * step, most * 1.2)
+        below, above = least - 0.3 * abs(least), most + 0.2 * abs(most)
+        return max(low, least - 0.9 * step, below), min(high, most + 0.9 * step, above)
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         loads = {n: getattr(L, n) for n in self.term.loads}

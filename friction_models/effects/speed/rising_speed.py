@@ -34,7 +34,7 @@ class RisingSpeed(Effect):
             "mm/s",
             "speed from which on the law bends",
             1e-9,
-            1e4,
+            1e5,
             10.0,
             follows="v_rel",
             span=(0.1, 0.3),

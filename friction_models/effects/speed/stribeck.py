@@ -30,7 +30,7 @@ class Stribeck(Effect):
     amplitudes = (Amplitude("delta_s", "1", "friction at rest above the mixed level", 1, 0.02),)
     shapes = (
         ShapeParameter(
-            "v_s", "mm/s", "Stribeck speed", 1e-9, 1e4, 30.0, follows="v_rel", span=(0.5, 1.2), points=12
+            "v_s", "mm/s", "Stribeck speed", 1e-9, 1e5, 30.0, follows="v_rel", span=(0.5, 1.2), points=12
         ),
         ShapeParameter("d", "1", "steepness", 0.5, 2.0, 1.0, values=(0.5, 1.0, 2.0)),
     )

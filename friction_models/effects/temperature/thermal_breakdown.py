@@ -33,7 +33,7 @@ class ThermalBreakdown(Effect):
             "T_b",
             "degC",
             "breakdown temperature",
-            30.0,
+            -200.0,
             1200.0,
             250.0,
             follows="T",

@@ -193,18 +193,18 @@ class JointProblem:
         free = [(k, s) for k, e in enumerate(self.effects) for s in e.free_shapes if s.name != "deviating"]
         if not free:
             return
-        start = np.array([_inner(self.shapes[k][s.name], s.lower) for k, s in free])
+        start = np.array([s.inner(self.shapes[k][s.name]) for k, s in free])
         lows, highs = [], []
         for k, s in free:
             grid = self.grids[k][s.name]
             low, high = self.effects[k].limits(s, grid)
-            lows.append(_inner(low, s.lower))
-            highs.append(max(_inner(high, s.lower), lows[-1] + 1e-9))
+            lows.append(s.inner(low))
+            highs.append(max(s.inner(high), lows[-1] + 1e-9))
 
         def at(theta: FloatArray) -> list[dict[str, float]]:
             shapes = [dict(s) for s in self.shapes]
             for (k, s), value in zip(free, theta, strict=True):
-                shapes[k][s.name] = float(np.clip(_outer(value, s.lower), s.lower, s.upper))
+                shapes[k][s.name] = s.outer(value)
             return shapes
 
         solver: Any = least_squares
@@ -263,11 +263,3 @@ def _seen_beside(q: FloatArray, columns: FloatArray) -> npt.NDArray[np.bool_]:
     whole = np.sum(columns**2, axis=0)
     left = whole - np.sum(along**2, axis=0)
     return np.asarray(left > LEAST_SEEN * (whole - along[0] ** 2))
-
-
-def _inner(value: float, lower: float) -> float:
-    return float(np.log(value)) if lower > 0 else value
-
-
-def _outer(value: float, lower: float) -> float:
-    return float(np.exp(value)) if lower > 0 else value

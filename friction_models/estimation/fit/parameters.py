@@ -15,8 +15,6 @@ from .joint_problem import JointProblem, solve_jointly
 
 #: Step of shape parameters for the derivative, relative to their value.
 STEP = 1e-3
-#: A shape parameter that is closer to a bound than this share of its range is at the bound.
-AT_BOUND = 1e-6
 #: Correlation of two estimates from which on it is said.
 TIED = 0.9
 
@@ -45,8 +43,7 @@ class FittedTerm:
             s.name
             for s in self.effect.free_shapes
             if s.name in self.intervals
-            and min(self.shape[s.name] - s.lower, s.upper - self.shape[s.name])
-            <= AT_BOUND * (s.upper - s.lower)
+            and s.at_bound(self.shape[s.name])
         ]
 
 
@@ -90,13 +87,8 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
                 intervals[name] = (named[name] - half, named[name] + half)
             else:
                 bounds = next(s for s in effect.shapes if s.name == name)
-                value = shape[name]
-                low, high = (
-                    (value * np.exp(-min(half, 50.0)), value * np.exp(min(half, 50.0)))
-                    if bounds.lower > 0
-                    else (value - half, value + half)
-                )
-                intervals[name] = (float(max(low, bounds.lower)), float(min(high, bounds.upper)))
+                middle = bounds.inner(shape[name])
+                intervals[name] = (bounds.outer(middle - half), bounds.outer(middle + half))
         terms.append(FittedTerm(effect, dict(shape), named, intervals, block @ values))
     return FittedTerms(
         terms, residual, _tied(names, covariance[problem.base.shape[1] :, problem.base.shape[1] :])
@@ -118,24 +110,17 @@ def _jacobian(
         for s in effect.free_shapes:
             if s.name == "deviating":
                 continue
-            logarithmic = s.lower > 0
-            step = (
-                STEP
-                if logarithmic
-                else STEP * max(abs(problem.shapes[k][s.name]), 1e-3 * (s.upper - s.lower))
-            )
+            middle = s.inner(problem.shapes[k][s.name])
+            step = STEP if s.logarithmic else STEP * max(abs(middle), 1e-3 * (s.upper - s.lower))
             moved, values = [], []
             for way in (-1.0, 1.0):
                 shapes = [dict(shape) for shape in problem.shapes]
-                value = shapes[k][s.name]
-                value = value * np.exp(way * step) if logarithmic else value + way * step
-                shapes[k][s.name] = float(np.clip(value, s.lower, s.upper))  # at a bound one side remains
+                shapes[k][s.name] = s.outer(middle + way * step)  # at a bound one side remains
                 moved.append(problem.columns(shapes)[k] @ amplitudes[k])
-                values.append(shapes[k][s.name])
+                values.append(s.inner(shapes[k][s.name]))
             places[k][s.name] = len(names)
             names.append(f"{effect.name}.{s.name}")
-            apart = np.log(values[1] / values[0]) if logarithmic else values[1] - values[0]
-            columns.append(((moved[1] - moved[0]) / apart)[:, None])
+            columns.append(((moved[1] - moved[0]) / (values[1] - values[0]))[:, None])
     return names, np.asarray(problem.whiten(np.column_stack(columns))), places
 
 
