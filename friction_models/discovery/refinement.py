@@ -20,6 +20,7 @@ from ..families.composed import ComposedFriction
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel
+from ..models.domain import Domain
 from ..models.measures import error_measures
 from .judge.unseen_tests import folds_of, names_of, predicted_unseen
 from .resampling import before_and_after
@@ -121,10 +122,11 @@ def refine(
     held_effects = [make_effect(e) for e in [*present, *added]]
     campaign = prepare(data, tests)
     loads, mu = with_all_metadata(campaign.loads, [m for e in held_effects for m in e.metadata]), campaign.mu
+    read = loads if campaign.read is None else campaign.read
     held = _held_out(loads)
     if not added:
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
-        plain = clone(base).fit(loads.take(rows), mu[rows], names_of(loads, rows))
+        plain = clone(base).fit(read.take(rows), mu[rows], names_of(loads, rows))
         return plain.record_data(data.attrs).record_tests(data)
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
@@ -168,6 +170,8 @@ def refine(
         history.append(entry)
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
     fitted.error_history_ = history
+    # what was trained on is what was read, noise of the sensors included
+    fitted.domain_ = fitted.base_.domain_ = Domain.of(read if held is None else read.take(~held))
     return fitted.record_data(data.attrs).record_tests(data)
 
 

@@ -11,6 +11,7 @@ from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.repeats import repeats_of
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
+from ...loads import LOAD_NAMES
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, Confirmation
 from .error_budget import BELIEVED, ErrorShares
@@ -19,9 +20,12 @@ from .names import CLEAR, Names, falls
 from .rivals import Further, Rivals, told
 from .two_loads import TwoLoads
 from .unseen_tests import StraightFits, UnseenTests
+from .verdict import BENT_MEMORY
 
 #: More than this share is left: what is named is not the answer.
 NOT_THE_ANSWER = 0.4
+#: More than this share of what is left lies along the load of the only name: its form is another one.
+ALONG_ITS_LOAD = 0.6
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
@@ -126,6 +130,8 @@ class UnseenTestsJudge:
         if verdict in NAMED and (parted := self.two_loads.parted(kept)) is not kept:
             kept, verdict = parted, "explained"
         shares = self.beside.shares(kept, alone)
+        if verdict in NAMED and self._in_another_form(kept, shares):
+            return "unknown_structure", [], self.beside.shares([], alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
@@ -150,6 +156,19 @@ class UnseenTestsJudge:
                 else "nothing_missing"
             )
         return verdict
+
+    def _in_another_form(self, kept: list[Fit], shares: ErrorShares) -> bool:
+        """Return whether one effect leaves most of what is left along its own load: what is there bends otherwise than it can.
+
+        A hump in a load is no threshold, though a threshold beside a falling line draws most of it.
+        """
+        if len(kept) != 1 or not shares.believed or not EXPLAINED < shares.left <= NOT_THE_ANSWER:
+            return False
+        effect = kept[0].effect
+        if (effect.needs_state and shares.left < BENT_MEMORY) or not {*effect.driver} <= {*LOAD_NAMES}:
+            return False
+        places = self.beside.places(kept)
+        return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
 
     def _is_fault(self, name: str) -> bool:
         """Return whether an effect is a fault of the data."""

@@ -1,4 +1,4 @@
-"""Running-in: friction changes over the first millimetres."""
+"""Running-in: friction changes at the beginning of sliding."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class RunningIn(Effect):
     """
 
     name = "running_in"
-    title = "running-in over the first millimetres"
+    title = "running-in at the beginning of sliding"
     label = "Running-in"
-    sentence = "friction changes over the first millimetres of sliding, as the surfaces adapt to each other"
+    sentence = "friction changes over the first part of the sliding distance, as the surfaces adapt to each other"
     equation = "mu += delta_r * exp(-sd/s_r)"
     latex = r"\mu \mathrel{+}= \Delta\mu_r\,e^{-s_d/s_r}"
     citation = "Blau: A model for run-in and other transitions in sliding friction, J. Tribol. 109 (1987)"
-    where_it_shows = "first millimetres of every test; invisible in averages"
+    where_it_shows = "beginning of every test; invisible in averages"
     driver = ("sd",)
     amplitudes = (Amplitude("delta_r", "1", "friction of the first contact above the run-in one", 0, 0.02),)
     shapes = (

@@ -41,7 +41,7 @@ FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of
 class BinnedTests:
     """Measured points of whole tests, with the bins that every later step works on."""
 
-    loads: TriboLoads  #: All points; the points of one test are consecutive.
+    loads: TriboLoads  #: All points, without the noise of sensors; the points of one test are consecutive.
     mu: FloatArray  #: Measured coefficient of friction, shape (n,).
     tests: list[str]  #: Test names in the order of the points.
     point_starts: npt.NDArray[np.intp]  #: First point of each test, shape (tests,).
@@ -55,6 +55,8 @@ class BinnedTests:
     system: dict[str, FloatArray] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)  #: What the user should know about the data.
     grouped: bool = True  #: Whether tests are known.
+    #: Loads as they were read, noise included; None where they are as in `loads`.
+    read: TriboLoads | None = field(default=None, repr=False)
     #: Bins that lie far off their neighbours; they carry no weight. Shape (m,).
     distrusted: npt.NDArray[np.bool_] | None = None
     spikes: float = 0.0  #: Share of the points that lay far off their neighbours and were replaced.
@@ -103,6 +105,7 @@ class BinnedTests:
         """Return the points of some tests, binned, with their metadata."""
         ids = self.loads.test_id
         part = campaign_of(self.loads.take(rows), self.mu[rows], None if ids is None else ids[rows])
+        part.read = None if self.read is None else self.read.take(rows)
         part.system = {name: column[rows] for name, column in self.system.items()}
         return part
 
@@ -208,7 +211,7 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
     change = np.r_[True, groups[1:] != groups[:-1]]
     order = np.cumsum(change) - 1
     point_starts = np.flatnonzero(change)
-    loads = without_noise(loads, point_starts)
+    read, loads = loads, without_noise(loads, point_starts)
     bins = int(np.clip(ALL_BINS // len(point_starts), BINS, MOST_BINS))
     progress, distance = _progress(loads, point_starts, bins)
     slot_of_point = np.minimum((bins * progress ** (1.0 / FINENESS)).astype(int), bins - 1)
@@ -217,7 +220,7 @@ def campaign_of(loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_] 
     test = order[starts]
     slot = np.arange(len(starts)) - np.flatnonzero(np.r_[True, np.diff(test) > 0])[test]
     names = [str(g) for g in groups[point_starts]]
-    return BinnedTests(loads, mu, names, point_starts, starts, count, test, slot, distance)
+    return BinnedTests(loads, mu, names, point_starts, starts, count, test, slot, distance, read=read)
 
 
 def _remarks(campaign: BinnedTests) -> list[str]:
