@@ -21,7 +21,9 @@ class RunningIn(Effect):
     name = "running_in"
     title = "running-in at the beginning of sliding"
     label = "Running-in"
-    sentence = "friction changes over the first part of the sliding distance, as the surfaces adapt to each other"
+    sentence = (
+        "friction changes over the first part of the sliding distance, as the surfaces adapt to each other"
+    )
     equation = "mu += delta_r * exp(-sd/s_r)"
     latex = r"\mu \mathrel{+}= \Delta\mu_r\,e^{-s_d/s_r}"
     citation = "Blau: A model for run-in and other transitions in sliding friction, J. Tribol. 109 (1987)"

@@ -55,7 +55,9 @@ def fit_jointly(
     else:
         target = mu - problem.contribution(amplitudes)
     # the target of the base may be negative where an effect carries the level: the check of mu does not apply
-    fitted._fit(campaign.loads, target, groups, **FitWeights(weights if fitted.takes_weights() else None).arguments)
+    fitted._fit(
+        campaign.loads, target, groups, **FitWeights(weights if fitted.takes_weights() else None).arguments
+    )
     fitted.domain_ = Domain.of(loads)
     fitted.training_, fitted.errors_ = {}, {}
     named = [

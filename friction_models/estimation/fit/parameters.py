@@ -42,8 +42,7 @@ class FittedTerm:
         return [
             s.name
             for s in self.effect.free_shapes
-            if s.name in self.intervals
-            and s.at_bound(self.shape[s.name])
+            if s.name in self.intervals and s.at_bound(self.shape[s.name])
         ]
 
 
