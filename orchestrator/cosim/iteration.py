@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 import numpy.typing as npt
@@ -32,8 +33,11 @@ DAMPED_AFTER = 10
 class FixedPointIteration:
     """Compares the values that all connections carry in a repetition of a step with those that come of it.
 
-    A step has converged when the values of every connection agree, as far as the components themselves resolve them. A damped
-    step passes on means: that the same comes of two of them does not tell that it would come of itself, too. It is therefore
+    A step has converged when the values of every connection agree, as far as the components themselves resolve them, or those of
+    all connections out of one component that every loop passes: the others follow from them. Loads of a solver may go on changing
+    by its residual where friction no longer does.
+
+    A damped step passes on means: that the same comes of two of them does not tell that it would come of itself, too. It is therefore
     passed on as it is, once: either the values agree, or damping goes on from where it was.
     """
 
@@ -45,6 +49,7 @@ class FixedPointIteration:
     change: float = float("inf")  # the largest relative difference of any connection in the last repetition
     where: str = ""  # that connection
     _rows: list[tuple[str, str, npt.NDArray[np.intp]]] = field(default_factory=list)
+    _cuts: list[list[int]] = field(default_factory=list)  # the connections out of each such component
     _late: list[bool] = field(default_factory=list)  # whether the target runs before the source
     _previous: list[FloatArray] = field(default_factory=list)
     _passed: list[FloatArray] = field(default_factory=list)
@@ -62,6 +67,11 @@ class FixedPointIteration:
             rows = np.array([index[v.name] for v in link.sources], dtype=np.intp)
             self._rows.append((_name(link), link.source, rows))
             self._late.append(self.order.index(link.target) <= self.order.index(link.source))
+        self._cuts = [
+            [k for k, link in enumerate(self.links) if link.source == name]
+            for name in self.order
+            if _no_loop(link for link in self.links if link.source != name)
+        ]
 
     def begin(self) -> None:
         """Start with the values of the step before."""
@@ -82,6 +92,9 @@ class FixedPointIteration:
             for late, held, old, passed in zip(self._late, self._held, self._previous, self._passed)
         ]
         self.change, self.where = self._largest(values, used)
+        if self.repetitions <= DAMPED_AFTER:  # what was passed on is what came of the repetition before
+            cuts = (self._largest(values, used, cut) for cut in self._cuts)
+            self.change, self.where = min([(self.change, self.where), *cuts])
         if self._damped is not None and self.change > self.tolerance:
             self._passed, self._damped = self._damped, None
             return False
@@ -112,10 +125,13 @@ class FixedPointIteration:
             else:
                 self._passed[k] = self._previous[k]
 
-    def _largest(self, values: list[FloatArray], others: list[FloatArray]) -> tuple[float, str]:
-        """Return the largest difference relative to the largest value of any connection, and which that is."""
+    def _largest(
+        self, values: list[FloatArray], others: list[FloatArray], among: Sequence[int] | None = None
+    ) -> tuple[float, str]:
+        """Return the largest difference relative to the largest value of any connection, or `among` some, and which that is."""
         largest, where = 0.0, ""
-        for (name, _, _), new, other in zip(self._rows, values, others):
+        for k in range(len(values)) if among is None else among:
+            name, new, other = self._rows[k][0], values[k], others[k]
             size = max(float(np.max(np.abs(new), initial=0.0)), 1e-12)
             change = float(np.max(np.abs(new - other), initial=0.0)) / size
             if change >= largest:
@@ -124,6 +140,18 @@ class FixedPointIteration:
 
     def _values(self) -> list[FloatArray]:
         return [self.outputs[source].values[rows].copy() for _, source, rows in self._rows]
+
+
+def _no_loop(links: Iterable[Link]) -> bool:
+    """Return whether connections lead nowhere back to where they came from."""
+    before: dict[str, set[str]] = {}
+    for link in links:
+        before.setdefault(link.target, set()).add(link.source)
+    try:
+        TopologicalSorter(before).prepare()
+    except CycleError:
+        return False
+    return True
 
 
 def _name(link: Link) -> str:
