@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 from scipy.stats import kstest
 
-from friction_models.estimation.search.structure import find_structure
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.structure import find_structure, places_of
 
 from .estimation_cases import measured, searched
 
@@ -68,3 +69,20 @@ def test_a_distance_that_no_average_tells_is_named_nowhere() -> None:
     structure = find_structure(campaign, found, np.empty((len(found.y), 0)), 0)
     assert campaign.varies("sd") and structure.where
     assert not any("sd" in place["variables"] for place in structure.where)
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+def test_a_surface_is_named_only_where_there_is_one(crossed: bool) -> None:
+    """Of 40 tests, the columns of a surface follow much of what differs from test to test by chance."""
+    named = []
+    for seed in range(20):
+        rng = np.random.default_rng([seed, 3])
+        data = measured(rng, tests=40, points=8, between=0.0)
+        campaign = prepare(data)
+        T, p = (campaign.average(getattr(campaign.loads, n)) for n in ("T", "sigma_n"))
+        T, p = (x / np.max(x) - 0.5 for x in (T, p))
+        law = 4.0 * T * p if crossed else 3.0 * T**2
+        others = 0.8 * np.std(law) * rng.standard_normal(40)[campaign.test]
+        named.append(places_of(campaign, law + others, [])[0]["variables"])
+    right = ["T", "sigma_n"] if crossed else ["T"]
+    assert sum(n == right for n in named) >= 16

@@ -22,7 +22,7 @@ from .search_round import SearchRound
 from .significance import null_noise
 
 REPLICATES = 399
-#: A surface over two loads must follow this much more of a difference than a curve along one of them.
+#: A surface over two loads must follow this much more of a difference than a curve along one of them, both adjusted for their columns.
 INTERACTION = 0.15
 #: Metadata with so few values are levels, whatever lies between them.
 MOST_LEVELS_APART = 4
@@ -145,17 +145,26 @@ def places_of(campaign: BinnedTests, difference: FloatArray, metadata: Sequence[
     target = root * (difference - mean)
     whole = max(float(target @ target), 1e-300)
     curves = _curves(campaign)
+    levels = campaign.of_tests(difference)[campaign.test] - mean
+    # tests are as many numbers as a difference from test to test has; one along the tests has more
+    numbers = min(len(campaign.tests) * whole / max(float(campaign.count @ levels**2), 1e-300), len(target))
     shares: dict[tuple[str, ...], tuple[float, FloatArray]] = {}
+    ranks: dict[tuple[str, ...], int] = {}
 
     def add(key: tuple[str, ...], columns: FloatArray) -> None:
         q = Projector(root[:, None] * (columns - np.average(columns, axis=0, weights=campaign.count))).q
         fit = q @ (q.T @ target)
-        shares[key] = (float(fit @ fit) / whole, fit)
+        shares[key], ranks[key] = (float(fit @ fit) / whole, fit), q.shape[1]
 
     def add_surface(a: str, b: str, columns: FloatArray) -> None:
         add((a, b), _with_products(curves[a], columns))
-        if shares[(a, b)][0] < max(shares[(a,)][0], shares[(b,)][0]) + INTERACTION:
+        if adjusted((a, b)) < max(adjusted((a,)), adjusted((b,))) + INTERACTION:
             del shares[(a, b)]
+
+    def adjusted(key: tuple[str, ...]) -> float:
+        """Return the share less what so many columns would follow by chance."""
+        free = numbers - 1.0 - ranks[key]
+        return 1.0 - (1.0 - shares[key][0]) * (numbers - 1.0) / free if free > 0.0 else -np.inf
 
     for n in curves:
         add((n,), curves[n])
