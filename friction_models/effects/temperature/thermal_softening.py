@@ -42,7 +42,7 @@ class ThermalSoftening(Effect):
             span=(0.5, 1.0),
             points=10,
         ),
-        ShapeParameter("n", "1", "steepness", 1.0, 16.0, 1.0, values=(1.0, 2.0, 6.0)),
+        ShapeParameter("n", "1", "steepness", 1.0, 4.0, 1.0, values=(1.0, 2.0)),
     )
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:

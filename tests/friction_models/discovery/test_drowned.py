@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
+from friction_models.discovery.judge.confirmation import Confirmation
 from friction_models.discovery.judge.names import Names
-from friction_models.estimation.search.scan import Fit
+from friction_models.discovery.judge.unseen_tests_judge import UnseenTestsJudge
 
 
 def series(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -33,13 +36,13 @@ def test_unseen_tests_name_what_the_search_does_not_see(
 ) -> None:
     """4.8 standard errors in the first campaign, 0.4 in the second."""
     asked: list[Names] = []
-    original = Names.led
+    original = UnseenTestsJudge.__call__
 
-    def led(self: Names, chosen: list[Fit]) -> tuple[list[Fit], list[Fit]]:
-        asked.append(self)
-        return original(self, chosen)
+    def judged(self: UnseenTestsJudge, *arguments: Any) -> Confirmation:
+        asked.append(self.names)
+        return original(self, *arguments)
 
-    monkeypatch.setattr(Names, "led", led)
+    monkeypatch.setattr(UnseenTestsJudge, "__call__", judged)
     diagnose(*series(seed))
     names = asked[0]
     monkeypatch.setattr(type(names.found), "p_value", lambda *_: 1.0)

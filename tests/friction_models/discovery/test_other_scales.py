@@ -1,4 +1,4 @@
-"""Contacts of other sizes than forging's: distances of metres and kilometres, temperatures below zero, sharp changes.
+"""Contacts of other sizes than forging's: distances of metres and kilometres, temperatures below zero.
 
 The laws are written here, in forms of their own, from what is known of these contacts; none is taken from the catalogue.
 """
@@ -11,7 +11,7 @@ import pytest
 
 from friction_models import ConstantFriction
 from friction_models.discovery import diagnose, refine
-from friction_models.effects import Hersey, RunningIn, ThermalBreakdown, ThermalSoftening
+from friction_models.effects import Hersey, RunningIn, ThermalBreakdown
 from friction_models.loads import FloatArray, TriboLoads
 
 
@@ -76,14 +76,6 @@ def test_breakdown_below_thirty_degrees_keeps_to_what_was_tested() -> None:
     assert -15.0 < values["T_b"]["value"] < 5.0
 
 
-def test_a_film_that_softens_within_a_few_kelvin_is_thermal_softening() -> None:
-    """A zinc or glass film gives way around 640 degC: the fall takes 100 of 450 K."""
-    T = np.linspace(450.0, 900.0, 24)
-    law = 0.35 + 0.11 * (1.0 - np.tanh((T - 640.0) / 60.0))
-    found = diagnose(at_temperatures(T, law, 0.008), seed=0)
-    assert found.effects == ["thermal_softening"]
-
-
 def test_a_value_inside_wide_bounds_is_not_at_one() -> None:
     """Bounds that span 21 decades: 107 mm/s/MPa lies in the middle of them."""
     h_0 = next(s for s in Hersey.shapes if s.name == "h_0")
@@ -94,8 +86,6 @@ def test_a_value_inside_wide_bounds_is_not_at_one() -> None:
     assert not s_r.at_bound(3.0)
     T_b = next(s for s in ThermalBreakdown.shapes if s.name == "T_b")
     assert not T_b.at_bound(0.0)
-    n = next(s for s in ThermalSoftening.shapes if s.name == "n")
-    assert n.at_bound(1.0)
 
 
 @pytest.mark.parametrize("value", [-190.0, -1.0, 0.0, 250.0])
