@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from graphlib import CycleError, TopologicalSorter
 
 import numpy as np
 import numpy.typing as npt
@@ -34,8 +33,8 @@ class FixedPointIteration:
     """Compares the values that all connections carry in a repetition of a step with those that come of it.
 
     A step has converged when the values of every connection agree, as far as the components themselves resolve them, or those of
-    all connections out of one component that every loop passes: the others follow from them. Loads of a solver may go on changing
-    by its residual where friction no longer does.
+    all connections out of one component through which a repetition hears of the one before: all that is passed on late comes from it,
+    or all goes to it. The others follow from them. Loads of a solver may go on changing by its residual where friction no longer does.
 
     A damped step passes on means: that the same comes of two of them does not tell that it would come of itself, too. It is therefore
     passed on as it is, once: either the values agree, or damping goes on from where it was.
@@ -67,10 +66,12 @@ class FixedPointIteration:
             rows = np.array([index[v.name] for v in link.sources], dtype=np.intp)
             self._rows.append((_name(link), link.source, rows))
             self._late.append(self.order.index(link.target) <= self.order.index(link.source))
+        late = [link for link, is_late in zip(self.links, self._late) if is_late]
+        sources, targets = {link.source for link in late}, {link.target for link in late}
         self._cuts = [
             [k for k, link in enumerate(self.links) if link.source == name]
             for name in self.order
-            if _no_loop(link for link in self.links if link.source != name)
+            if {name} in (sources, targets)
         ]
 
     def begin(self) -> None:
@@ -140,18 +141,6 @@ class FixedPointIteration:
 
     def _values(self) -> list[FloatArray]:
         return [self.outputs[source].values[rows].copy() for _, source, rows in self._rows]
-
-
-def _no_loop(links: Iterable[Link]) -> bool:
-    """Return whether connections lead nowhere back to where they came from."""
-    before: dict[str, set[str]] = {}
-    for link in links:
-        before.setdefault(link.target, set()).add(link.source)
-    try:
-        TopologicalSorter(before).prepare()
-    except CycleError:
-        return False
-    return True
 
 
 def _name(link: Link) -> str:
