@@ -121,8 +121,9 @@ def refine(
     present = list(base.effects) if isinstance(base, ComposedFriction) else []
     held_effects = [make_effect(e) for e in [*present, *added]]
     campaign = prepare(data, tests)
-    loads, mu = with_all_metadata(campaign.loads, [m for e in held_effects for m in e.metadata]), campaign.mu
-    read = loads if campaign.read is None else campaign.read
+    metadata = [m for e in held_effects for m in e.metadata]
+    loads, mu = with_all_metadata(campaign.loads, metadata), campaign.mu
+    read = loads if campaign.read is None else with_all_metadata(campaign.read, metadata)
     held = _held_out(loads)
     if not added:
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)

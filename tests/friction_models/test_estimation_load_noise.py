@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models.discovery import diagnose
+from friction_models.discovery import diagnose, refine
 from friction_models.estimation.campaign.load_noise import without_noise
+from friction_models.families.composed import ComposedFriction
 from friction_models.loads import FloatArray, TriboLoads
 
 POINTS = 60
@@ -91,3 +92,12 @@ def test_noise_of_the_loads_is_no_missing_effect(seed: int) -> None:
     """Slopes along the tests come out flat where loads are noisy, and levels of tests contradict them: it was `unknown_structure`."""
     found = diagnose(records(seed, 0.04))
     assert found.verdict == "nothing_missing", found.sentence
+
+
+def test_a_refit_fills_metadata_beside_noisy_loads_too() -> None:
+    """One test of 50 has no oil: the usual one stands for it, in a refit that adds nothing as in one that does."""
+    data = records(0, 0.02)
+    tests = pd.DataFrame({"test_id": data["test_id"].unique()})
+    tests["oil"] = [None if i == 7 else "AB"[i % 2] for i in range(len(tests))]
+    model = refine(data, tests, add="factor:oil", force=True)
+    assert isinstance(refine(data, tests, model), ComposedFriction)
