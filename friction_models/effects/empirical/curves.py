@@ -126,8 +126,7 @@ def centres(part: Part, ranges: Mapping[str, tuple[float, float]], several: int)
     low, high = ranges[load_of(part.load)]
     if part.logarithmic:
         return tuple(np.geomspace(max(low, LEAST * high) * 1.3, 0.85 * high, several))
-    least = QUANTITIES[load_of(part.load)].lower + TINY
-    return tuple(np.maximum(np.linspace(low, high, several + 2)[1:-1], least))
+    return tuple(np.maximum(np.linspace(low, high, several + 2)[1:-1], centre("c", part).lower))
 
 
 def wave_grid(
