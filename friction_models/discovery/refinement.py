@@ -123,7 +123,7 @@ def refine(
     campaign = prepare(data, tests)
     metadata = [m for e in held_effects for m in e.metadata]
     loads, mu = with_all_metadata(campaign.loads, metadata), campaign.mu
-    read = loads if campaign.read is None else with_all_metadata(campaign.read, metadata)
+    read = with_all_metadata(campaign.as_read, metadata)
     held = _held_out(loads)
     if not added:
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)

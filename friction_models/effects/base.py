@@ -124,9 +124,10 @@ class ShapeParameter:
         free = float(np.exp(min(value, LARGEST_LOG))) + self._zero if self.logarithmic else value
         return min(max(free, self.lower), self.upper)
 
-    def at_bound(self, value: float) -> bool:
-        """Return whether a value is at one of the bounds."""
-        low, own, high = (self.inner(v) for v in (self.lower, value, self.upper))
+    def at_bound(self, value: float, bounds: tuple[float, float] | None = None) -> bool:
+        """Return whether a value is at one of the physical bounds, or of others."""
+        low, high = (self.inner(v) for v in bounds or (self.lower, self.upper))
+        own = self.inner(value)
         return min(own - low, high - own) <= AT_BOUND * (high - low)
 
     @property
@@ -335,8 +336,9 @@ class Effect:
     def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
         """Return between which values a fit may move a shape parameter whose scan values these are."""
         least, most = float(values.min()), float(values.max())
-        # temperatures may be negative
-        return max(shape.lower, least - 0.5 * abs(least)), min(shape.upper, most + abs(most))
+        # temperatures may be negative: beyond a last one of -2 degC there is as much room as there are values below
+        room = max(abs(most), most - least)
+        return max(shape.lower, least - 0.5 * abs(least)), min(shape.upper, most + room)
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         """Return one column of shape [n, 1] per amplitude.

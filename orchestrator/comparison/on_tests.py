@@ -165,7 +165,7 @@ def compare_on_tests(models: Mapping[str, Predictor], data: DataSet, seed: int =
     order = Order.of({n: e.rmse for n, e in result.errors.items()}, draws, tests)
     # The head line says no more than the table of pairs below it.
     result = replace(result, clear=len(order.names) > 1 and tuple(order.names[:2]) not in order.indistinct)
-    array = campaign.loads.as_array()
+    array = campaign.as_read.as_array()  # as `evaluate` counts them
     outside: dict[str, float | None] = {}
     for name, model in models.items():
         domain = known_domain(model)

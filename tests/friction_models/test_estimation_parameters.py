@@ -124,3 +124,26 @@ def test_a_size_that_is_not_known_is_said() -> None:
     for other, said in ((large, "only their sum is known"), (blurred, "its size is not")):
         (warning,) = about_the_fit(campaign, replace(fitted, terms=[other]))
         assert warning.endswith(said)
+
+
+def test_a_fit_at_the_end_of_its_search_says_so() -> None:
+    """Friction that falls in proportion to the distance to the last point: no length of an exponential law does that."""
+    rng = np.random.default_rng(3)
+    frames = []
+    for k in range(20):
+        sd = np.linspace(0.2, 50.0, 60)
+        mu = 0.12 - 8e-4 * sd + rng.normal(0.0, 0.003) + rng.normal(0.0, 0.001, 60)
+        frames.append(pd.DataFrame({"test_id": f"t{k:02d}", "sd": sd, "v_rel": 50.0, "mu": mu}))
+    campaign = prepare(pd.concat(frames, ignore_index=True))
+    fitted = fit_terms(campaign, base_law(ConstantFriction(), campaign), [make_effect("running_in")])
+    (term,) = fitted.terms
+    assert term.at_limits == ["s_r"]
+    assert term.at_bounds == []
+    low, high = term.sought["s_r"]
+    assert low < high == pytest.approx(term.shape["s_r"], rel=1e-6)
+    assert f"drives s_r to {high:.4g} mm, as far as it is sought" in about_the_fit(campaign, fitted)[0]
+    assert (
+        not fit_terms(running_in(0), base_law(ConstantFriction(), running_in(0)), [make_effect("running_in")])
+        .terms[0]
+        .at_limits
+    )

@@ -19,12 +19,21 @@ GAP, CHANGE = 0.3, 0.4
 
 
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
-    """Return warnings about parameters at bounds, pairs that the data tie to each other, and sizes that are not known."""
+    """Return warnings about parameters at bounds and at the end of the search, pairs that the data tie to each other, and sizes that are not known."""
     at_bounds = [
         f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}, the bound of what is allowed: the law may have another form, and "
         "the intervals of its parameters hold for this value only"
         for term in fitted.terms
         for name in term.at_bounds
+    ]
+    at_limits = [
+        f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}{behind(shape.unit)}, as far as it is sought for these tests "
+        f"({low:.4g} to {high:.4g}): they show a part of the law only, so neither {name} nor the size of the effect is known"
+        for term in fitted.terms
+        for name in term.at_limits
+        for shape in term.effect.shapes
+        if shape.name == name
+        for low, high in [term.sought[name]]
     ]
     tied = [
         f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
@@ -51,7 +60,7 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    return at_bounds + tied + opposed + faults + unsized + _between(campaign, fitted)
+    return at_bounds + at_limits + tied + opposed + faults + unsized + _between(campaign, fitted)
 
 
 def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

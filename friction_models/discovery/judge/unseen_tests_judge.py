@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.noise.repeats import repeats_of
+from ...estimation.fit.parameters import fit_terms
+from ...estimation.noise.repeats import Repeats, repeats_of
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
@@ -81,7 +82,7 @@ class UnseenTestsJudge:
         elif verdict == "ambiguous" and behind and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
         where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
-        repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
+        repeats = self._repeats(kept)
         if repeats is not None and repeats.lacks_fit:
             low, high = repeats.interval
             shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
@@ -169,6 +170,15 @@ class UnseenTestsJudge:
             return False
         places = self.beside.places(kept)
         return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
+
+    def _repeats(self, kept: list[Fit]) -> Repeats | None:
+        """Return the scatter of repeats, and whether settings differ by more than that beside what is named."""
+        repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
+        if not kept or repeats is None or not repeats.lacks_fit:
+            return repeats
+        # the shapes of the scan lie on a grid: what they leave, a fit of the shapes may not
+        fitted = fit_terms(self.unseen.campaign, self.unseen.base, effects_of(kept))
+        return repeats_of(self.campaign, fitted.residual, self.unseen.seed)
 
     def _is_fault(self, name: str) -> bool:
         """Return whether an effect is a fault of the data."""

@@ -65,6 +65,11 @@ class BinnedTests:
     #: Curves along the loads, once they have been computed, shape (m, k).
     smooth: FloatArray | None = field(default=None, repr=False)
 
+    @property
+    def as_read(self) -> TriboLoads:
+        """Loads as they were read, noise included."""
+        return self.loads if self.read is None else self.read
+
     def average(self, values: FloatArray) -> FloatArray:
         """Return bin means of `values`, shape (n,) or (n, k)."""
         sums = np.add.reduceat(values, self.starts, axis=0)

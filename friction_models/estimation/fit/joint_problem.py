@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares, lsq_linear
 
-from ...effects.base import Effect
+from ...effects.base import Effect, ShapeParameter
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..noise.layout import Layout
@@ -196,8 +196,7 @@ class JointProblem:
         start = np.array([s.inner(self.shapes[k][s.name]) for k, s in free])
         lows, highs = [], []
         for k, s in free:
-            grid = self.grids[k][s.name]
-            low, high = self.effects[k].limits(s, grid)
+            low, high = self.limits(k, s)
             lows.append(s.inner(low))
             highs.append(max(s.inner(high), lows[-1] + 1e-9))
 
@@ -218,6 +217,10 @@ class JointProblem:
             ftol=1e-9,
         )
         self.shapes = at(result.x)
+
+    def limits(self, k: int, shape: ShapeParameter) -> tuple[float, float]:
+        """Return between which values a shape parameter of effect `k` is sought."""
+        return self.effects[k].limits(shape, self.grids[k][shape.name])
 
     def _scan(self) -> None:
         """Take the best set of scan values of every effect beside the others."""

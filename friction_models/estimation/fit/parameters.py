@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from ...effects.base import Effect
+from ...effects.base import Effect, ShapeParameter
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..search.base_law import BaseLaw
@@ -30,6 +30,8 @@ class FittedTerm:
     #: 95 % intervals of those that were fitted; shape parameters stay within their bounds.
     intervals: dict[str, tuple[float, float]]
     binned: FloatArray  #: Its share of mu in the bins, shape (m,).
+    #: Between which values the shape parameters were sought: what is allowed, and not too far from what was tested.
+    sought: dict[str, tuple[float, float]]
 
     @property
     def name(self) -> str:
@@ -39,11 +41,20 @@ class FittedTerm:
     @property
     def at_bounds(self) -> list[str]:
         """Shape parameters that the fit drove to a bound of what is allowed."""
+        return [s.name for s in self._fitted if s.at_bound(self.shape[s.name])]
+
+    @property
+    def at_limits(self) -> list[str]:
+        """Shape parameters that the fit drove as far from the tests as they were sought, though more is allowed."""
         return [
             s.name
-            for s in self.effect.free_shapes
-            if s.name in self.intervals and s.at_bound(self.shape[s.name])
+            for s in self._fitted
+            if s.name not in self.at_bounds and s.at_bound(self.shape[s.name], self.sought[s.name])
         ]
+
+    @property
+    def _fitted(self) -> list[ShapeParameter]:
+        return [s for s in self.effect.free_shapes if s.name in self.intervals]
 
 
 @dataclass(frozen=True)
@@ -88,7 +99,8 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
                 bounds = next(s for s in effect.shapes if s.name == name)
                 middle = bounds.inner(shape[name])
                 intervals[name] = (bounds.outer(middle - half), bounds.outer(middle + half))
-        terms.append(FittedTerm(effect, dict(shape), named, intervals, block @ values))
+        sought = {s.name: problem.limits(k, s) for s in effect.free_shapes}
+        terms.append(FittedTerm(effect, dict(shape), named, intervals, block @ values, sought))
     return FittedTerms(
         terms, residual, _tied(names, covariance[problem.base.shape[1] :, problem.base.shape[1] :])
     )

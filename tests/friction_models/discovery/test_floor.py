@@ -169,3 +169,19 @@ def test_an_effect_beside_a_wrong_level_does_not_explain_the_level() -> None:
     assert found.where[-1]["shape"].startswith("constant offset +0.0")
     left = np.average(found.averages["after"], weights=found.averages["points"])
     assert left == pytest.approx(found.error_budget["missing"], abs=0.003) and left > 0.015
+
+
+def test_repeats_do_not_speak_against_a_law_that_fits() -> None:
+    """Two close tests at each of 12 temperatures: shapes on the grid of the scan leave more than the repeats, fitted ones do not."""
+    sd = np.linspace(1.0, 30.0, 20)
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        tests = []
+        for k, T in enumerate(np.repeat(np.linspace(40.0, 260.0, 12), 2)):
+            mu = 0.11 + 0.03 * np.tanh((T - 163.0) / 25.0) + rng.normal(0.0, 3e-4) + rng.normal(0.0, 5e-4, 20)
+            loads = {"t": sd / 50.0, "v_rel": 50.0, "T": T, "sigma_n": 500.0, "sd": sd, "psi": 1.0}
+            tests.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu}))
+        found = diagnose(pd.concat(tests, ignore_index=True), model="constant")
+        assert (found.verdict, found.effects) == ("explained", ["thermal_breakdown"])
+        assert found.noise_floor["repeats"]["p_value"] > 0.05
+        assert not any("in a way that is not named" in w for w in found.warnings)

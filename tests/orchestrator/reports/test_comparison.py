@@ -13,6 +13,7 @@ import pytest
 
 from fmus.runtime.errors import SimulationError
 from fmus.runtime.friction_names import entries_by_model
+from friction_models import evaluate
 from friction_models.common import InputError
 from friction_models.loads import DataSet, FloatArray
 from friction_models.models.domain import Domain
@@ -80,6 +81,17 @@ def test_order_domain_and_pairs_on_tests() -> None:
     # `evaluate` extrapolates: whoever sees both errors must know why they differ.
     [said] = [line for line in c.report().splitlines() if "moved to its border" in line]
     assert said.startswith("far: ") and said in c.remarks()
+
+
+def test_points_outside_are_counted_as_evaluate_counts_them() -> None:
+    """Pressure that was read with 2 % of noise: of the readings of the last test, at 2000 MPa, half lie above."""
+    data, rng = measured(), np.random.default_rng(2)
+    read = data.points["sigma_n"] * (1.0 + 0.02 * rng.standard_normal(len(data.points)))
+    noisy = DataSet(data.points.assign(sigma_n=read), data.tests, {"synthetic": True})
+    law = Law(0.01, top=2000.0)
+    counted = evaluate(law, noisy.points, noisy.tests).overall["outside_domain"]
+    assert 0.3 < 12 * counted < 0.7
+    assert compare_on_tests({"law": law}, noisy).outside["law"] == counted
 
 
 def test_the_unit_is_the_test_and_few_of_them_prove_nothing() -> None:
