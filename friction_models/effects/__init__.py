@@ -1,6 +1,6 @@
 """The catalogue of physical effects, one file each; users add their own as `tribofmu.effects` entry points.
 
-`base` says what an effect is, `declaration` checks one; the folders hold the effects by what drives them, and do not see each other.
+`base` says what an effect is, `parameters` what its numbers are, `declaration` checks one; the folders hold the effects by what drives them, and do not see each other.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 from ..common import InputError, unknown_name
 from ..common.imports.plugins import offered
-from .base import Amplitude, Effect, EffectContext, Memory, Shape, ShapeParameter
+from .base import Effect, EffectContext, Memory, Shape
 from .data_faults.force_zero import ForceZero
 from .data_faults.sensor_drift import SensorDrift
 from .data_faults.twin_heating import TwinHeating
@@ -26,6 +26,7 @@ from .metadata.batch import Batch
 from .metadata.factor import PREFIX as _FACTOR
 from .metadata.factor import factor_effect
 from .metadata.tool_roughness import ToolRoughness
+from .parameters import Amplitude, ShapeParameter
 from .pressure_and_surface.pressure_power import PressurePower
 from .pressure_and_surface.pressure_saturation import PressureSaturation
 from .pressure_and_surface.surface_expansion import SurfaceExpansion

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .base import Amplitude, Effect, ShapeParameter
+from .base import Effect
+from .parameters import Amplitude, ShapeParameter
 
 TEXTS = ("name", "title", "label", "sentence", "equation", "latex", "citation", "where_it_shows")
 KINDS = ("physics", "system", "fault")

@@ -12,7 +12,8 @@ from friction_models import effects
 from friction_models.common import InputError
 from friction_models.common.imports import plugins
 from friction_models.effects import Effect, load_catalogue, make_effect
-from friction_models.effects.base import Amplitude, Shape
+from friction_models.effects.base import Shape
+from friction_models.effects.parameters import Amplitude
 
 CATALOGUE_OF_THE_PLAN = {
     "stribeck", "viscous", "thermal_softening", "thermal_breakdown", "pressure_saturation", "pressure_power",

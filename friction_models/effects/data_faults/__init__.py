@@ -1,1 +1,1 @@
-"""Faults of the measurement that look like an effect: sensors and the twin. They see `base` and `expressions`."""
+"""Faults of the measurement that look like an effect: sensors and the twin. They see `base`, `parameters` and `expressions`."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
+from ..base import Effect, EffectContext, Parameters
+from ..parameters import Amplitude, ShapeParameter
 
 
 class RateState(Effect):

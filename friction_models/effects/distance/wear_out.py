@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
+from ..base import Effect, EffectContext, Parameters
+from ..parameters import Amplitude, ShapeParameter
 
 
 class WearOut(Effect):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
+from ..base import Effect, EffectContext, Parameters
+from ..parameters import Amplitude, ShapeParameter
 
 J_PER_MM2 = 1e-3  # one N/mm (= mu * MPa * mm) in J/mm2
 

@@ -11,7 +11,8 @@ import numpy as np
 from ...expressions.ops import Ops, Value
 from ...expressions.periodic import cosine
 from ...loads.contract import QUANTITIES
-from ..base import Parameters, ShapeParameter
+from ..base import Parameters
+from ..parameters import ShapeParameter
 
 #: A load below this share of its largest value counts as that share where its logarithm or power is taken.
 LEAST = 0.01

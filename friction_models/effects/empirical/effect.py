@@ -12,7 +12,8 @@ import numpy as np
 from ...expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.contract import QUANTITIES
-from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter, Spans
+from ..base import Effect, EffectContext, Parameters
+from ..parameters import Amplitude, ShapeParameter, Spans
 from .terms import Term, parse_term
 
 PREFIX = "empirical:"

@@ -13,7 +13,7 @@ from functools import cache
 from ...common import InputError
 from ...expressions.ops import Ops, Value
 from ...loads import LOAD_NAMES
-from ..base import ShapeParameter
+from ..parameters import ShapeParameter
 from .curves import (
     STRAIGHT,
     Parameters,

@@ -6,7 +6,8 @@ import numpy as np
 
 from ...expressions.ops import LoadColumns, Ops, Value
 from ...loads import FloatArray
-from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter, Spans
+from ..base import Effect, EffectContext, Parameters
+from ..parameters import Amplitude, ShapeParameter, Spans
 
 #: Batches that are tried.
 MOST = 60

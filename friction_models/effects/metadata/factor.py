@@ -13,7 +13,8 @@ from ...common import InputError, shown
 from ...expressions.ops import LoadColumns, Ops, Value
 from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
-from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter, Spans
+from ..base import Effect, EffectContext, Parameters
+from ..parameters import Amplitude, ShapeParameter, Spans
 from .batch import MOST
 
 PREFIX = "factor:"

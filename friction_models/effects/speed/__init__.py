@@ -1,1 +1,1 @@
-"""Effects of the sliding speed: mixed lubrication, Stribeck curves, the viscous film. They see `base` and `expressions`."""
+"""Effects of the sliding speed: mixed lubrication, Stribeck curves, the viscous film. They see `base`, `parameters` and `expressions`."""

@@ -6,7 +6,8 @@ Viscosity depends on temperature only, by the law of `viscous.py`.
 from __future__ import annotations
 
 from ...expressions.ops import LoadColumns, Ops, Value
-from ..base import Amplitude, Effect, EffectContext, Parameters, ShapeParameter
+from ..base import Effect, EffectContext, Parameters
+from ..parameters import Amplitude, ShapeParameter
 
 T_REF = 20.0  # degC
 

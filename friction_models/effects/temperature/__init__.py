@@ -1,1 +1,1 @@
-"""Effects of the contact temperature, also through pressure or flash heating. They see `base` and `expressions`."""
+"""Effects of the contact temperature, also through pressure or flash heating. They see `base`, `parameters` and `expressions`."""

@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import least_squares, lsq_linear
 
-from ...effects.base import Effect, ShapeParameter
+from ...effects.base import Effect
+from ...effects.parameters import ShapeParameter
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..noise.layout import Layout

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from ...effects.base import Effect, ShapeParameter
+from ...effects.base import Effect
+from ...effects.parameters import ShapeParameter
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..search.base_law import BaseLaw
