@@ -26,6 +26,10 @@ _REAL = ("Real", "Float64", "Float32")
 #: then exactly that of the step before in one repetition and not in the next tells of an event that happens or not, such as a
 #: point that touches. No mean settles that: the value of the step before is passed on instead.
 DAMPED_AFTER = 10
+#: Damped repetitions without a halved change after which single values that do not settle are left out, too,
+STUCK = 9
+#: up to this share of those of a connection.
+MOST_HELD = 0.1
 
 
 @dataclass
@@ -104,14 +108,31 @@ class FixedPointIteration:
         if self.repetitions >= DAMPED_AFTER + PATIENCE:
             for held, start, new, old in zip(self._held, self._start, values, self._previous):
                 held |= (new == start) != (old == start)
+        if self.repetitions > DAMPED_AFTER and self._since >= STUCK:
+            self._leave_out(values)
+            self._since = STUCK - PATIENCE  # the others may settle now
         self._previous = values
         if self.repetitions < 2:
             return False
-        if self.change < 0.5 * self._best:
+        if self.change < 0.5 * self._best or self.repetitions == DAMPED_AFTER:
             self._best, self._since = self.change, 0
         else:
             self._since += 1
-        return self.change <= self.tolerance or (self.change <= RESOLUTION and self._since >= PATIENCE)
+        settled = self._since >= PATIENCE or self.repetitions >= MOST_REPETITIONS
+        return self.change <= self.tolerance or (self.change <= RESOLUTION and settled)
+
+    @property
+    def lagging(self) -> int:
+        """Number of values that were passed on as they were at the start of the step."""
+        return sum(int(held.sum()) for held, late in zip(self._held, self._late) if late)
+
+    def _leave_out(self, values: list[FloatArray]) -> None:
+        """Hold the value of each connection that changes most at the start of the step; those held stay few."""
+        for held, new, passed in zip(self._held, values, self._passed):
+            if held.sum() + 1 <= MOST_HELD * len(new):
+                moved = np.where(held, 0.0, np.abs(new - passed))
+                largest = int(np.argmax(moved))
+                held[largest] |= moved[largest] > RESOLUTION * np.max(np.abs(new))
 
     def pass_on(self) -> None:
         """Prepare the next repetition; after many of them what oscillates is damped, and an event that comes and goes left out."""

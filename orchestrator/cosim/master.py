@@ -286,6 +286,7 @@ class Master:
                 if fixed_point.converged():
                     self.course.iterations.append(fixed_point.repetitions)
                     self.course.changes.append(fixed_point.change)
+                    self.course.lagging.append(fixed_point.lagging)
                     return
         raise SimulationError(
             f"the step at t = {now:g} s did not converge in {fixed_point.repetitions} repetitions: {fixed_point.where} still "

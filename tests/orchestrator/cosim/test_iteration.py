@@ -179,3 +179,58 @@ def test_what_reaches_the_last_component_after_several_repetitions_is_waited_for
         if follows.converged():
             break
     np.testing.assert_allclose(np.r_[a, b, c], 2.0 if closed else 1.0, rtol=1e-3)
+
+
+def several(
+    points: int, law: Callable[[FloatArray, int], FloatArray]
+) -> tuple[FixedPointIteration, FloatArray, FloatArray]:
+    """Repeat a step whose loads follow a law of those that friction heard; return the iteration, the loads and what was heard."""
+    loads, mu = (
+        [Variable(f"{n}[{k}]", k, "Real", "output", "1") for k in range(points)] for n in ("p", "mu")
+    )
+    ways = [("forming", tuple(loads), "friction"), ("friction", tuple(mu), "forming")]
+    outputs = {"forming": Port(loads), "friction": Port(mu)}
+    follows = FixedPointIteration([Link(*way, way[1]) for way in ways], outputs, ["friction", "forming"])
+    carried = outputs["forming"].values
+    carried[:] = outputs["friction"].values[:] = 50.0
+    follows.begin()
+    for repetition in range(50):
+        if repetition:
+            follows.pass_on()
+        heard = outputs["friction"].values[:] = carried.copy()
+        carried[:] = law(heard, repetition)
+        if follows.converged():
+            break
+    return follows, carried, heard
+
+
+def test_few_values_that_never_settle_lag_and_are_counted() -> None:
+    """One point of 20 has no solution, and moves its neighbours: what it hears is never what it says."""
+
+    def law(heard: FloatArray, repetition: int) -> FloatArray:
+        loads = 60.0 + 0.1 * heard + 0.01 * heard[3]
+        loads[3] = 90.0 if heard[3] < 60.0 else 30.0 + 0.01 * repetition
+        return loads
+
+    follows, loads, heard = several(20, law)
+    assert follows.repetitions < 45
+    assert follows.lagging == 1
+    assert heard[3] == 50.0
+    np.testing.assert_allclose(np.delete(loads, 3), (60.0 + 0.5) / 0.9, rtol=1e-3)
+
+
+def test_many_values_that_never_settle_are_no_solution() -> None:
+    follows, _, _ = several(
+        20, lambda heard, repetition: np.where(heard < 60.0, 90.0 + 0.01 * repetition, 30.0)
+    )
+    assert follows.repetitions == 50
+    assert follows.change > 0.1
+
+
+def test_a_step_that_settles_slowly_is_taken_where_repetitions_end() -> None:
+    follows, loads, _ = several(
+        2, lambda heard, repetition: 100.0 - 2.5 * np.clip(heard - 100.0, -20.0, 13.0)
+    )
+    assert follows.repetitions == 50
+    assert 1e-8 < follows.change < 1e-4
+    np.testing.assert_allclose(loads, 100.0, rtol=1e-3)
