@@ -7,9 +7,16 @@ from pathlib import Path
 from friction_models.common import InputError
 from friction_models.common.markup import escape, table
 
+from ...cosim.local_errors import stated_errors
 from ...cosim.run_folders import Run
 from ..charts.runs import run_force_chart, run_loads_caption, run_loads_chart
 from ..parts.page import Page
+from ..sections.stated_errors import stated_errors_table
+
+ERRORS_NOT_STATED = (
+    "<p>How far these loads may be off because of the size of the elements was not asked for: <code>tribofmu simulate "
+    "--local-errors</code> runs the system once more with smaller ones and states it here.</p>"
+)
 
 
 def run_page(folder: Path) -> str:
@@ -33,10 +40,16 @@ def run_page(folder: Path) -> str:
     if (chart := run_loads_chart(run)) is not None:
         shown = run_loads_caption(run)
         page.plot(
-            "contact", "Loads in the contact", chart, shown, "Loads and friction in the contact over time."
-        )
+            "contact", "Loads in the contact", chart, shown, "Loads and friction in the contact over time.",
+            stated_errors_table({run.name: stated_errors(run)}) or _not_stated(run),
+        )  # fmt: skip
     page.add("manifest", "Manifest", _manifest(run))
     return page.render(f"tribofmu {escape(manifest['versions']['tribofmu'])}")
+
+
+def _not_stated(run: Run) -> str:
+    """Return how to have the errors of the loads stated, where a forming process says which points touch."""
+    return ERRORS_NOT_STATED if any(label.endswith(".active") for label in run.values) else ""
 
 
 def _fields(run: Run) -> str:

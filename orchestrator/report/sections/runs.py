@@ -14,6 +14,7 @@ from ..charts.force import draw_press
 from ..parts.chart import Chart
 from ..parts.page import Page
 from ..parts.theme import looks
+from .stated_errors import stated_errors_table
 
 
 def add_runs(page: Page, c: RunsComparison, number: str = "") -> None:
@@ -55,7 +56,7 @@ def add_runs(page: Page, c: RunsComparison, number: str = "") -> None:
             contact_chart(c.contact),
             f"Loads and mu over the {place}, at the stroke of the slider; gaps: no contact.",
             "Loads and mu along the contact, one panel a load, at a stroke that can be chosen.",
-            _stated(c),
+            stated_errors_table(c.errors),
         )
     if any(c.points.values()):
         page.plot(
@@ -79,23 +80,6 @@ def _errors(found: ForceComparison | None) -> tuple[str, ...]:
 def _signed(error: ScalarError) -> str:
     spread = f" +- {100 * error.are_std:.1f}" if error.measured.repeats > 1 else ""
     return f"{100 * error.signed:+.1f}{spread}"
-
-
-def _stated(c: RunsComparison) -> str:
-    """Return the table of stated errors of the loads, where they were asked for."""
-    if not c.errors:
-        return ""
-    return table(
-        ["model", "load", "median of the load", "its error, median", "9 of 10 errors are below"],
-        [
-            (label, with_unit(e.load), f"{e.middle:.3g}", f"{e.usual:.2g}", f"{e.high:.2g}")
-            for label, errors in c.errors.items()
-            for e in errors
-        ],
-        numeric=(2, 3, 4),
-        caption="Stated errors of the loads at the contact points because of the size of the elements, from two further runs with "
-        "larger ones.",
-    )
 
 
 def _forces(c: RunsComparison) -> Chart:

@@ -42,7 +42,14 @@ def test_the_errors_are_those_of_two_runs_of_the_process(system, tmp_path):
     run = Run.load(tmp_path / "run")
     said = f"forming: Only {run['forming.active'][1:].sum(axis=1).mean():.2g} of {N} points touch a tool"
     assert said in " ".join(done.output.split())
-    assert said in run_page(run.folder)
+    page = run_page(run.folder)
+    assert said in page
+    for error in stated_errors(run):
+        assert f"{error.usual:.2g}" in page
+    assert "9 of 10 errors are below" in page
+    (run.folder / FILE).rename(tmp_path / FILE)
+    assert "--local-errors" in run_page(run.folder)
+    (tmp_path / FILE).rename(run.folder / FILE)
     with xarray.open_dataset(run.folder / FILE, engine="netcdf4", decode_times=False) as data:
         stated = np.stack([data[name].values for name in ("v_rel", "T", "sigma_n", "sd", "psi")], axis=2)
     contacts = []
