@@ -16,6 +16,7 @@ from forming.fe.tooling import Tool
 from forming.materials.materials import material_from_dict
 from forming.processes.names import PROCESSES
 from forming.results.field_recorder import FieldWriter, writer_from_environment
+from forming.results.local_errors import elements_from_environment
 
 from .core import Solver
 
@@ -50,6 +51,7 @@ class FormingSolver(Solver):
         parameters = {name: value for name, value in self.parameters().items() if name not in left_out}
         kind: Any = PROCESSES[self.config.get("process", "fre")]
         self.process = kind(material=material, **self.config["fixed"], **parameters)
+        self.process.coarsening = elements_from_environment()
         self.process.start()
         self.process.set_mu(self.inputs())
         if self.fields is None:

@@ -45,7 +45,7 @@ class {name}SlaveFmu(Fmi2Slave):
 _FMI_UNITS = {"degrees": "deg", "": "1"}
 #: What the loads of the forming FMUs are, more closely than for any friction model.
 _FORMING_WORDS = {
-    "v_rel": "sliding speed of the workpiece against the tool along the surface: a magnitude, never negative",
+    "v_rel": "sliding speed of the workpiece against the tool along the surface: a magnitude, never negative; kept from the last contact where there is none",
     "T": "contact temperature, mean of both surfaces; kept from the last contact where there is none",
     "sigma_n": "contact normal pressure, positive in compression; 0 where there is no contact",
     "sd": "distance that the material point has slid, the integral of v_rel",

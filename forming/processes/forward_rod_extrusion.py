@@ -23,8 +23,9 @@ from ..tools.extrusion_die import ExtrusionDie
 from .base import Extrusion
 from .thermal_conditions import TOOLS, ThermalConditions
 
-#: Gap between billet and container, so that the first touch is at the die shoulder [mm].
-CLEARANCE = 0.05
+#: Largest gap between billet and container, so that the first touch is at the die shoulder [mm]; as a share of the container's
+#: radius.
+CLEARANCE, CLEARANCE_SHARE = 0.05, 0.005
 
 #: Elements on a rounding are smaller than elsewhere below this radius of it and below this reduction of the radius, both
 #: as shares of the container's radius; their usual and their smallest size as shares of `mesh_size`.
@@ -221,17 +222,22 @@ class ForwardRodExtrusion(Extrusion):
         """Largest stroke [mm]: the punch stays 1 mm above the cone."""
         return self._billet_bottom + self.billet_length - self._cone_end - 1.0
 
+    @property
+    def _billet_radius(self) -> float:
+        container = self.die.container_radius
+        return container - min(CLEARANCE, CLEARANCE_SHARE * container)
+
     def _first_touch(self) -> float:
         """Return z of the billet's lower end when it touches the die shoulder [mm]."""
         segments, cone_end = self.die.segments(1.0)
-        radius = self.die.container_radius - CLEARANCE
+        radius = self._billet_radius
         heights = np.linspace(self.die.land, cone_end + 0.5, 6000)
         gaps = np.array([gap_and_normal(radius, z, segments, 0.0, 0.0)[0] for z in heights])
         return float(heights[np.flatnonzero(gaps <= 0.0).max()])
 
     def _build(self) -> Simulation:
         """Put the billet on the die shoulder."""
-        die, radius = self.die, self.die.container_radius - CLEARANCE
+        die, radius = self.die, self._billet_radius
         segments, cone_end = die.segments(self.billet_length + 60.0)
         bottom = self._billet_bottom
         top = bottom + self.billet_length

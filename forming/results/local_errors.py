@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import math
+import os
+
 import numpy as np
 import numpy.typing as npt
 
+from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, FloatArray
 
 #: Elements of the further run are smaller by this factor. Larger ones do not tell: what they do wrong, such as contact where
 #: there should be none, the run in question need not do at all.
 FINER = 2.0 / 3.0
+#: Environment variable: the elements of a forming FMU are so many times as large as its parameters say.
+ELEMENTS = "TRIBOFMU_ELEMENTS"
+SMALLEST, LARGEST = 0.2, 5.0
 #: Markers, and share of the steps, over which the differences are averaged (standard deviation of the weights): where
 #: meshes differ by chance, two runs agree at single markers that are both off.
 MARKERS, STEPS = 1.0, 0.06
@@ -19,6 +26,21 @@ FACTORS = (0.9, 1.6, 0.95, 1.25, 1.05)
 
 #: Loads, shape (n, n_points, 5), and markers in contact, shape (n, n_points), at the same markers and steps.
 Contact = tuple[FloatArray, npt.NDArray[np.bool_]]
+
+
+def elements_from_environment() -> float:
+    """Return by how much elements are larger than the parameters of a process say.
+
+    Raises InputError: not a number from 0.2 to 5.
+    """
+    given = os.environ.get(ELEMENTS) or "1"
+    try:
+        factor = float(given)
+    except ValueError:
+        factor = math.nan
+    if not SMALLEST <= factor <= LARGEST:
+        raise InputError(f"{ELEMENTS}={given[:40]!r}; allowed: {SMALLEST:g} to {LARGEST:g}")
+    return factor
 
 
 def local_errors(loads: FloatArray, active: npt.NDArray[np.bool_], finer: Contact) -> FloatArray:

@@ -10,24 +10,27 @@ from typing import NamedTuple
 import numpy as np
 
 from fmus.runtime.errors import SimulationError
-from forming.results.local_errors import FINER, Contact, local_errors, summary
+from forming.results.local_errors import ELEMENTS, FINER, Contact, local_errors, summary
 from friction_models.common import InputError, atomic_path
 from friction_models.common.netcdf_files import Dataset, NetcdfVariable, read_numbers, write_dataset
 from friction_models.common.netcdf_quantities import check_shapes, in_units
+from friction_models.common.processes.child_processes import environment
 from friction_models.loads import LOAD_NAMES, LOADS
 from friction_models.loads.contract import with_unit
 
 from .master import Master
 from .run_folders import Run
 from .run_results import MOST_NUMBERS
-from .system import System
 
 #: In a run folder: stated errors of the loads, one variable a load.
 FILE = "local_errors.nc"
 
 
 def forming_with_elements(master: Master) -> tuple[str, float]:
-    """Return the component that computes the loads and has elements, and their size [mm]: one, whose loads are recorded."""
+    """Return the component that computes the loads and has elements, and their size [mm]: one, whose loads are recorded.
+
+    The size is 0 where the process chooses it by its geometry.
+    """
     recorded = {item.label for item in master.wiring.recorded}
     found = [
         (name, float(size.start))
@@ -53,17 +56,23 @@ def forming_with_elements(master: Master) -> tuple[str, float]:
 def state_local_errors(run: Run, master: Master, progress: Callable[[float], None] | None = None) -> str:
     """Run the system of `master` with smaller elements, write the stated errors into the folder of `run`; return a table."""
     name, size = forming_with_elements(master)
-    smaller = FINER * size
-    other: System = master.system.model_copy(deep=True)
-    other.components[name].start["mesh_size"] = smaller
+    sizes = (
+        f"{size:g} mm against {FINER * size:.3g} mm"
+        if size > 0.0
+        else f"the usual size against {FINER:.3g} of it"
+    )
     try:
-        with tempfile.TemporaryDirectory(prefix="tribofmu-") as place:
-            found = Master(other, mode=master.mode, tolerance=master.tolerance).run(
+        # not by mesh_size: a process holds some of its elements smaller by its geometry
+        with (
+            tempfile.TemporaryDirectory(prefix="tribofmu-") as place,
+            environment(**{ELEMENTS: repr(FINER)}),
+        ):
+            found = Master(master.system, mode=master.mode, tolerance=master.tolerance).run(
                 Path(place) / "run", progress
             )
             finer = _contact(found, name)
     except SimulationError as error:
-        return f"errors of the loads are not known: with elements of {smaller:.3g} mm {error}"
+        return f"errors of the loads are not known: with elements {FINER:.3g} times as large {error}"
     loads, active = _contact(run, name)
     errors = local_errors(loads, active, finer)
     data = Dataset(
@@ -72,13 +81,12 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
             for k, q in enumerate(LOADS)
         },
         {"time": NetcdfVariable(("time",), run.time[1:], {"units": "s"})},
-        {"component": name, "mesh_size": size, "compared_with": smaller},
+        {"component": name, "mesh_size": size, "compared_with": FINER * size},
     )
     with atomic_path(run.folder / FILE) as path:
         write_dataset(data, path)
     lines = [
-        f"stated errors of the loads of {name} (elements of {size:g} mm against {smaller:.3g} mm): median, and below which "
-        "9 of 10 are"
+        f"stated errors of the loads of {name} (elements of {sizes}): median, and below which 9 of 10 are"
     ]
     return "\n".join([*lines, *(StatedError(*row).line() for row in summary(loads, active, errors))])
 

@@ -9,8 +9,8 @@ import xarray
 from typer.testing import CliRunner
 
 from fmus import pack_forming
-from forming import ForwardRodExtrusion
-from forming.results.local_errors import FINER, local_errors
+from forming import ForwardRodExtrusion, RingCompression
+from forming.results.local_errors import ELEMENTS, FINER
 from friction_models.common import InputError
 from orchestrator.cli.app import app
 from orchestrator.cosim.local_errors import FILE, stated_errors
@@ -32,7 +32,7 @@ def system(tmp_path_factory):
     return place
 
 
-def test_the_errors_are_those_of_two_runs_of_the_process(system, tmp_path):
+def test_the_errors_are_those_that_the_process_states(system, tmp_path):
     done = CliRunner().invoke(
         app, ["simulate", str(system / "fre.yaml"), "-o", str(tmp_path / "run"), "--local-errors"]
     )
@@ -52,15 +52,10 @@ def test_the_errors_are_those_of_two_runs_of_the_process(system, tmp_path):
     (tmp_path / FILE).rename(run.folder / FILE)
     with xarray.open_dataset(run.folder / FILE, engine="netcdf4", decode_times=False) as data:
         stated = np.stack([data[name].values for name in ("v_rel", "T", "sigma_n", "sd", "psi")], axis=2)
-    contacts = []
-    for size in (SIZE, FINER * SIZE):
-        process = ForwardRodExtrusion(n_points=N, mesh_size=size)
-        contact = process.run(0.08, 1.0, communication_step=0.25).contact
-        contacts.append((contact.loads, contact.active))
-    (loads, active), finer = contacts
-    expected = local_errors(loads, active, finer)
-    assert stated.shape == expected.shape and expected[active].max() > 1.0
-    assert stated == pytest.approx(expected, rel=0.05, abs=1e-6)
+    process = ForwardRodExtrusion(n_points=N, mesh_size=SIZE)
+    contact = process.run(0.08, 1.0, communication_step=0.25, with_errors=True).contact
+    assert stated.shape == contact.errors.shape and contact.errors[contact.active].max() > 1.0
+    assert stated == pytest.approx(contact.errors, rel=1e-3, abs=1e-6)
     with h5py.File(run.folder / FILE, "r+") as file:
         file["T"].attrs["units"] = "N"
     with pytest.raises(InputError, match=r"local_errors\.nc: unknown unit of column 'T' 'N'; allowed: K"):
@@ -73,3 +68,29 @@ def test_a_run_that_leaves_the_loads_out_is_refused_before_it_starts(system, tmp
     )
     assert isinstance(done.exception, InputError) and not (tmp_path / "run").exists()
     assert "record leaves out forming.v_rel" in str(done.exception)
+
+
+def test_elements_that_a_process_chooses_itself_get_smaller_too(tmp_path):
+    """A ring without mesh_size: its FMU holds 0, two thirds of which is the same mesh."""
+    pack_forming(tmp_path / "ring.fmu", process="ring", n_points=N)
+    system = (
+        "communication_step: 0.05\nstop_time: 0.1\ncomponents: {forming: {fmu: ring.fmu, start: {mu: 0.1}}}\n"
+    )
+    (tmp_path / "ring.yaml").write_text(system)
+    done = CliRunner().invoke(
+        app, ["simulate", str(tmp_path / "ring.yaml"), "-o", str(tmp_path / "run"), "--local-errors"]
+    )
+    assert done.exit_code == 0, done.output
+    assert f"elements of the usual size against {FINER:.3g} of it" in " ".join(done.output.split())
+    ring = RingCompression(n_points=N)
+    contact = ring.run(0.1, 0.1 * ring.speed, communication_step=0.05 * ring.speed, with_errors=True).contact
+    expected = [np.median(contact.errors[..., k][contact.active]) for k in range(5)]
+    assert min(expected) > 0.0
+    assert [e.usual for e in stated_errors(Run.load(tmp_path / "run"))] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("given", ["many", "0.1", "nan"])
+def test_a_factor_that_is_none_is_refused(system, tmp_path, monkeypatch, given):
+    monkeypatch.setenv(ELEMENTS, given)
+    done = CliRunner().invoke(app, ["simulate", str(system / "fre.yaml"), "-o", str(tmp_path / "run")])
+    assert f"{ELEMENTS}='{given}'; allowed: 0.2 to 5" in str(done.exception) + done.output
