@@ -68,7 +68,7 @@ def making_way(final: Path, new: Path, kind: FolderKind | None = None) -> Iterat
     if watched is None or given is None or not os.path.lexists(final) or not _loses(final, new, kind):
         yield
         return
-    aside = _moved_aside(final)
+    aside = moved_aside(final)
     try:
         yield
     except BaseException:
@@ -77,7 +77,8 @@ def making_way(final: Path, new: Path, kind: FolderKind | None = None) -> Iterat
     watched.moved.append(Moved(given, given.with_name(aside.name)))
 
 
-def _moved_aside(final: Path) -> Path:
+def moved_aside(final: Path) -> Path:
+    """Rename a file or folder to the next free of NAME.1, NAME.2 and so on; return where it is now."""
     # File systems allow 255 bytes; in UTF-8 a letter has up to four.
     stem = final.name if len(os.fsencode(final.name)) <= 245 else final.name[:60]
     places = (final.with_name(f"{stem}.{number}") for number in itertools.count(1))

@@ -10,7 +10,9 @@ from pathlib import Path
 import pandas as pd
 
 from friction_models.common import atomic_path, grown
+from friction_models.common.cached_results import path_digest
 from friction_models.common.folders import TWIN
+from friction_models.common.replaced_outputs import moved_aside
 from friction_models.loads import DataSet
 
 from . import error_study
@@ -60,6 +62,8 @@ class TwinResult:
     info: dict[str, object]
     left_out: pd.DataFrame
     errors: pd.DataFrame = field(default_factory=pd.DataFrame)
+    #: Where `save` put errors that were found of other points.
+    put_aside: Path | None = field(default=None, init=False)
 
     def dataset(self) -> DataSet:
         """Return points and tests as a data set."""
@@ -98,16 +102,23 @@ class TwinResult:
         """Write both data sets, each file at once; other files in the folder stay.
 
         The time series go into the folder itself, the averages into `averages/` in it; tests that were
-        left out into `left_out.csv`, errors into `errors.csv`, where there are any.
+        left out into `left_out.csv`, errors into `errors.csv`, where there are any. Errors that were found before stay
+        with the points that they are of; where these change they become `errors.csv.1`, and `put_aside` says so.
         """
-        path = save_dataset(self.dataset(), grown(folder, TWIN))
+        place = grown(folder, TWIN)
+        before = path_digest(place / "points.csv") if (place / "points.csv").is_file() else ""
+        path = save_dataset(self.dataset(), place)
         save_dataset(self.averages(), path / AVERAGES)
+        changed = path_digest(path / "points.csv") != before
+        self.put_aside = None
         for name, table in (("left_out.csv", self.left_out), ("errors.csv", self.errors)):
-            if table.empty:
-                (path / name).unlink(missing_ok=True)
-            else:
+            if not table.empty:
                 with atomic_path(path / name) as temporary:
                     table.to_csv(temporary, index=False, lineterminator="\n")
+            elif name == "left_out.csv":
+                (path / name).unlink(missing_ok=True)
+            elif changed and (path / name).is_file():
+                self.put_aside = moved_aside(path / name)
         return path
 
 

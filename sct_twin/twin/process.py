@@ -220,7 +220,8 @@ class SctProcess:
 
     def _start(self) -> ProcessSnapshot:
         T_tool = self._T_upset
-        contact = self._contact_under(self.F_max, T_tool)
+        # hardly pressed: the loads of a force belong to that force
+        contact = self._contact_under(LOADED, T_tool)
         return ProcessSnapshot(0.0, 0.0, 0.0, 0.0, T_tool, 0.0, T_tool, *contact)
 
     def _seat(self, F_n: float, T_tool: float) -> None:

@@ -151,3 +151,16 @@ def test_impossible_inputs(process: SctProcess) -> None:
         SctProcess(t_wait=-1)
     with pytest.raises(InputError, match="F_max = -1"):
         SctProcess(F_max=-1.0)
+
+
+def test_loads_before_the_force_are_not_those_of_the_force() -> None:
+    """A schedule may start unloaded: surface and temperature follow the force up, and never go back."""
+    process = SctProcess(F_max=400e3, bore=29.0)
+    forces = [0.0, 10.0, 900.0, 5e4, 2e5, 4e5, 4e5]
+    loads = [process.advance(0.05, F_n, 0.0, 20.0, 0.0) for F_n in forces]
+    psi, T = [x.psi for x in loads], [x.T for x in loads]
+    assert psi[:3] == pytest.approx([1.0] * 3, abs=0.01)
+    assert T[:3] == pytest.approx([20.0] * 3, abs=0.01)
+    assert np.all(np.diff(psi) >= 0.0)
+    assert psi[-1] > 2.0
+    assert np.all(np.diff(T[:-1]) >= -1e-9)  # then it cools

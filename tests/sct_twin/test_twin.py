@@ -189,6 +189,13 @@ def test_errors_of_fidelity_and_assumptions(tiny: RawCampaign, tmp_path: Path) -
     assert errors.loc["flow stress x 1.02", "sigma_n"] > 0.0
     assert result.info["errors"]["largest"]["flow stress x 1.02"]["sigma_n"] > 0.0
     assert "flow stress x 1.02" in result.error_table()
+    # A run that does not ask again keeps them, beside the points that they are of.
+    SctTwin().run(folder, out=tmp_path / "data", jobs=1)
+    assert set(pd.read_csv(tmp_path / "data" / "errors.csv")["test_id"]) == {few[0]}
+    other = SctTwin(upsetting_mu=0.05).run(folder, out=tmp_path / "data", jobs=1)
+    assert not (tmp_path / "data" / "errors.csv").exists()
+    assert other.put_aside == tmp_path / "data" / "errors.csv.1"
+    assert set(pd.read_csv(other.put_aside)["test_id"]) == {few[0]}
     with pytest.raises(InputError, match="check = -1 tests"):
         SctTwin().run(folder, check=-1)
 

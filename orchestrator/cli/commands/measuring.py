@@ -143,6 +143,8 @@ def twin(
         say(f"{counted(len(result.left_out), 'test')} left out, reasons in {out / 'left_out.csv'}")
     for remark in result.remarks:
         say(f"{remark['test_id']}: {remark['remark']}")
+    if result.put_aside is not None:
+        note(f"{out / 'errors.csv'}: of other points than there are now, kept as {result.put_aside}")
     if check:
         say(result.error_table())
 
