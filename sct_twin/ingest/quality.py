@@ -59,6 +59,8 @@ SET_RATIO = 5.0
 ACCELERATED = 30.0
 #: A plate whose temperature is so far from the tool's is reported [K].
 PLATE_FROM_TOOL = 100.0
+#: A test that slides less than this share of what was set is reported.
+SLIDING_SHARE = 0.8
 #: Pressure of such tests [MPa]; another one is reported.
 SIGMA_USUAL = (20.0, 5000.0)
 
@@ -111,6 +113,7 @@ def quality_row(record: SctRecord, moving_mass: float = 0.0) -> dict[str, object
         "upsetting_detected_s": _time(found, "load_start", begin),
         "sliding_detected_s": _time(found, "slide_start", begin),
         "sliding_mm": round(float(signals.sd[-1]), 4),
+        "sliding_set_mm": _number(record, "sd_set") or None,
         "speed_mm_s": round(speed, 3),
         "T_plate_degC": round(signals.T_plate, 2),
         "T_tool_degC": record.number("T_tool") if is_given(record.metadata.get("T_tool")) else None,
@@ -188,9 +191,8 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
     for name in ("F_n", "F_r"):
         if row[f"{name}_clipped"]:
             said.append(f"{name} clipped in {row[f'{name}_clipped']} samples")
-        if row[f"{name}_spikes"]:
-            left = "replaced" if row["spikes_removed"] else "left in (despike: true replaces them)"
-            said.append(f"{counted(row[f'{name}_spikes'], 'spike')} in {name}, {left}")
+        if row[f"{name}_spikes"] and row["spikes_removed"]:
+            said.append(f"{counted(row[f'{name}_spikes'], 'spike')} in {name}, replaced")
         before, after = row[f"{name}_zero_N"], row[f"{name}_zero_end_N"]
         if before is None and after is None:
             said.append(f"no unloaded samples: the zero of {name} is unknown, mu_std is without it")
@@ -207,6 +209,26 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
         used, found = row[f"{phase}_s"], row[f"{phase}_detected_s"]
         if found is not None and abs(used - found) > PHASE_TOLERANCE:
             said.append(f"{phase} is said to begin at {used:g} s, the signals say {found:g} s")
+    said += doubts(row)
+    if row["notes"]:
+        said.append(str(row["notes"]))
+    return said
+
+
+def doubts(row: Mapping[str, Any]) -> list[str]:
+    """Return what a row of the quality table says against the loads that come of a test."""
+    said = []
+    for name in ("F_n", "F_r"):
+        if row[f"{name}_spikes"] and not row["spikes_removed"]:
+            said.append(
+                f"{counted(row[f'{name}_spikes'], 'spike')} in {name}, left in (despike: true replaces them)"
+            )
+    wanted = row["sliding_set_mm"]
+    if wanted and row["sliding_mm"] < SLIDING_SHARE * wanted:
+        said.append(
+            f"only {row['sliding_mm']:.3g} mm of sliding under load were found, the test table says sd_set {wanted:g} mm "
+            "(does the force fall away, or a spike end it?)"
+        )
     if row["T_tool_degC"] is not None and abs(row["T_plate_degC"] - row["T_tool_degC"]) > PLATE_FROM_TOOL:
         said.append(
             f"the plate is at {row['T_plate_degC']:g} degC, T_tool at {row['T_tool_degC']:g} degC (is the unit of "
@@ -217,8 +239,6 @@ def warnings(row: Mapping[str, Any]) -> list[str]:
             f"F_n over the bore (or the specimen) is {row['sigma_guess_MPa']:g} MPa; usual are "
             f"{SIGMA_USUAL[0]:g} to {SIGMA_USUAL[1]:g} (is the unit of F_n and F_r wrong?)"
         )
-    if row["notes"]:
-        said.append(str(row["notes"]))
     return said
 
 
@@ -228,9 +248,11 @@ def _check_columns(record: SctRecord) -> None:
     some = slice(None, None, max(1, len(record) // _PIECE))
     F_n, F_r = record.F_n[some], record.F_r[some]
     before = max(5, len(F_n) // 100)
-    unloaded = F_n[-before:] if begins_loaded(record.F_n) else F_n[:before]
-    F_n = F_n - float(np.median(unloaded))
-    F_r = np.abs(F_r - float(np.median(F_r[:before])))
+    if not _always_loaded(F_n):
+        unloaded = F_n[-before:] if begins_loaded(record.F_n) else F_n[:before]
+        F_n = F_n - float(np.median(unloaded))
+        F_r = F_r - float(np.median(F_r[:before]))
+    F_r = np.abs(F_r)
     normal = float(np.percentile(F_n, 99.0))
     if -float(np.percentile(F_n, 1.0)) > max(normal, 0.0):
         raise InputError(
@@ -254,6 +276,12 @@ def _check_columns(record: SctRecord) -> None:
         )
 
 
+def _always_loaded(F_n: FloatArray) -> bool:
+    """Whether a record of the normal force begins and ends under load: nothing in it tells a zero."""
+    low, high = np.percentile(F_n, [1.0, 99.0])
+    return bool(low > 0.5 * high > 0.0)
+
+
 def begins_loaded(F_n: FloatArray) -> bool:
     """Whether a record of the normal force begins under load and ends without."""
     ends = max(5, len(F_n) // 100)
@@ -269,6 +297,12 @@ def _check_sliding(record: SctRecord, signals: TestSignals) -> float:
     i = signals.slide_start
     # Typical by distance: a plate that breaks away jumps, much faster than it then slides, but not far.
     v, sd = signals.v[i:], signals.sd[i:]
+    if not sd[-1] > 0.0:
+        travel = "" if record.s is None else f", while 's' spans {float(np.ptp(record.s)):.3g} mm"
+        raise InputError(
+            f"{where}: no sliding under load was found in {float(np.ptp(record.t)):.3g} s{travel}; allowed: a plate that moves after "
+            "the force is there (are the units of 't' and 's' right, and is it sampled often enough?)"
+        )
     moving = v > 0.5 * float(np.median(np.interp(np.linspace(0.05, 0.95, 91) * sd[-1], sd, v)))
     mu = float(np.median(signals.friction[i:][moving] / np.maximum(signals.F_n[i:][moving], 1.0)))
     if not MU_LIMITS[0] <= mu <= MU_LIMITS[1]:

@@ -62,6 +62,8 @@ class TwinResult:
     info: dict[str, object]
     left_out: pd.DataFrame
     errors: pd.DataFrame = field(default_factory=pd.DataFrame)
+    #: What of the records speaks against the loads that come of them: `test_id` and `remark`.
+    doubtful: list[dict[str, str]] = field(default_factory=list)
     #: Where `save` put errors that were found of other points.
     put_aside: Path | None = field(default=None, init=False)
 
@@ -87,12 +89,8 @@ class TwinResult:
 
     @property
     def remarks(self) -> list[dict[str, str]]:
-        """What of the test table does not fit a test: `test_id` and `remark`; such values are not used."""
-        name = "contact_diameter_remark"
-        if name not in self.tests:
-            return []
-        rows = zip(self.tests["test_id"], self.tests[name])
-        return [{"test_id": str(t), "remark": r} for t, r in rows if isinstance(r, str) and r]
+        """What of the test table does not fit a test, and is not used, and what is doubtful of records: `test_id` and `remark`."""
+        return [*remarks_in(self.tests, "contact_diameter_remark"), *self.doubtful]
 
     def error_table(self) -> str:
         """Return what was found about the twin's errors as text."""
@@ -120,6 +118,14 @@ class TwinResult:
             elif changed and (path / name).is_file():
                 self.put_aside = moved_aside(path / name)
         return path
+
+
+def remarks_in(table: pd.DataFrame, column: str) -> list[dict[str, str]]:
+    """Return the texts in a column of a table with a row a test: `test_id` and `remark`."""
+    if column not in table:
+        return []
+    rows = zip(table["test_id"], table[column])
+    return [{"test_id": str(t), "remark": r} for t, r in rows if isinstance(r, str) and r]
 
 
 def save_dataset(dataset: DataSet, folder: Path) -> Path:

@@ -18,8 +18,8 @@ from friction_models.common.processes.pool import Progress, map_unordered
 
 from ..ingest.raw_campaign import RawCampaign
 from . import error_study
-from .campaign_result import AVERAGES, KIND, TwinResult
-from .evaluation import TwinSettings, evaluate_file
+from .campaign_result import AVERAGES, KIND, TwinResult, remarks_in
+from .evaluation import REMARK, TwinSettings, evaluate_file
 from .test_result import ASSUMPTIONS, EXTRA_UNITS, TestResult, read_netcdf, write_netcdf
 
 #: Changes when the same inputs give other results.
@@ -168,7 +168,8 @@ class SctTwin(TwinSettings):
         done = [test_id for test_id in ids if test_id in results]
         points = pd.concat([results[test_id].points() for test_id in done], ignore_index=True)
         summary = pd.DataFrame([{"test_id": test_id, **results[test_id].summary} for test_id in done])
-        summary = summary.drop(columns="fingerprint")
+        doubtful = remarks_in(summary, REMARK)
+        summary = summary.drop(columns=["fingerprint", REMARK], errors="ignore")
         tests = source.tests[source.tests["test_id"].isin(done)].merge(summary, on="test_id", how="left")
         left_out = [{"test_id": test_id, "reason": reason} for test_id, reason in failures.items()]
         info: dict[str, object] = {
@@ -183,7 +184,7 @@ class SctTwin(TwinSettings):
         about = ("notice", "plan", "specimen", "plate")
         info |= {key: source.info[key] for key in about if key in source.info}
         missing = pd.DataFrame(left_out, columns=["test_id", "reason"])
-        result = TwinResult(points, tests.reset_index(drop=True), info, missing)
+        result = TwinResult(points, tests.reset_index(drop=True), info, missing, doubtful=doubtful)
         if result.remarks:
             info["remarks"] = result.remarks
         return result

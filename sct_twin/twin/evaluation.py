@@ -12,6 +12,7 @@ import pandas as pd
 from forming.materials.materials import MaterialSource, as_material, steel_16MnCr5
 from friction_models.common import InputError
 
+from ..ingest.quality import doubts, quality_row
 from ..ingest.raw_campaign import RawCampaign
 from ..records.cells import Cell
 from ..records.record import SctRecord
@@ -24,6 +25,9 @@ from .heat.thermal_settings import ThermalBody, ThermalSettings
 from .test_result import TestResult
 from .uncertainty import GivenUncertainty, load_uncertainties
 from .upsetting import ContactState, UpsettingCase, geometry, shear_share
+
+#: In the summary of a test: what speaks against its loads, for the remarks of the campaign.
+REMARK = "record_remark"
 
 
 @dataclass
@@ -172,8 +176,11 @@ def evaluate_file(
     """Evaluate one test of a campaign in a pool; a reason where it cannot be."""
     test_id = str(metadata["test_id"])
     try:
-        campaign = RawCampaign(Path(folder), pd.DataFrame([metadata]))
-        return twin.evaluate(campaign.record(test_id), mass)
+        record = RawCampaign(Path(folder), pd.DataFrame([metadata])).record(test_id)
+        # Whoever wrote the folder: what no such test measures, a wrong sign or unit, is refused as `ingest` does.
+        doubtful = doubts(quality_row(record, mass))
+        result = twin.evaluate(record, mass)
+        return replace(result, summary={**result.summary, REMARK: "; ".join(doubtful)})
     except InputError as error:
         return str(error)
 

@@ -19,7 +19,7 @@ from sct_twin import RawCampaign, SctRecord
 from sct_twin.ingest.campaign_files import ingest
 from sct_twin.ingest.channel_map import ChannelMap
 from sct_twin.ingest.preview import preview
-from sct_twin.ingest.quality import quality_row, repeats, warnings
+from sct_twin.ingest.quality import doubts, quality_row, repeats, warnings
 from sct_twin.ingest.survey import survey
 from sct_twin.readers import guarded
 from sct_twin.records.channels import CHANNELS
@@ -496,3 +496,17 @@ def test_the_channel_map_of_the_documentation(tmp_path: Path, record_maker: Make
     # The quality table of the page names the columns that there are.
     for name in report.quality.columns:
         assert f"`{name}`" in text, name
+
+
+def test_a_test_that_slides_less_than_was_set_is_told() -> None:
+    row = {
+        "F_n_spikes": 0,
+        "F_r_spikes": 0,
+        "spikes_removed": 0,
+        "T_tool_degC": None,
+        "sigma_guess_MPa": 500.0,
+    }
+    (said,) = doubts({**row, "sliding_mm": 26.2, "sliding_set_mm": 56.0})
+    assert said.startswith("only 26.2 mm of sliding under load were found, the test table says sd_set 56 mm")
+    assert doubts({**row, "sliding_mm": 55.0, "sliding_set_mm": 56.0}) == []
+    assert doubts({**row, "sliding_mm": 5.0, "sliding_set_mm": None}) == []

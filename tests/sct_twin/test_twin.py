@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -213,6 +214,41 @@ def test_a_bad_record_is_left_out(tiny: RawCampaign, tmp_path: Path) -> None:
         (folder / "raw" / f"{test_id}.csv").write_text("")
     with pytest.raises(InputError, match="none of 9 tests can be evaluated"):
         SctTwin().run(folder, out=tmp_path / "out", jobs=1)
+
+
+def test_records_of_a_folder_written_by_hand_are_checked_as_by_ingest(
+    tiny: RawCampaign, tmp_path: Path
+) -> None:
+    folder = tmp_path / "c"
+    shutil.copytree(tiny.folder, folder)
+    turned, falls, cut = (str(test_id) for test_id in list(tiny.tests["test_id"])[:3])
+
+    def changed(test_id: str, change: Callable[[pd.DataFrame], pd.DataFrame]) -> None:
+        file = folder / "raw" / f"{test_id}.csv"
+        head = file.read_text().splitlines()[:2]
+        rows = change(pd.read_csv(file, skiprows=[1]))
+        file.write_text("\n".join([*head, rows.to_csv(index=False, header=False)]))
+
+    changed(turned, lambda rows: rows.assign(F_n=-rows["F_n"]))
+
+    def let_go(rows: pd.DataFrame) -> pd.DataFrame:
+        gone = rows["s"].between(*rows["s"].quantile([0.5, 0.7]))
+        return rows.assign(F_n=rows["F_n"].where(~gone, 0.0), F_r=rows["F_r"].where(~gone, 0.0))
+
+    changed(falls, let_go)
+    moves = "the plate moves from the first sample on"
+    changed(
+        cut, lambda rows: rows[(rows["s"] > rows["s"].min() + 1.0) & (rows["F_n"] > 0.5 * rows["F_n"].max())]
+    )
+    result = SctTwin().run(folder, jobs=1)
+    reasons = dict(zip(result.left_out["test_id"], result.left_out["reason"]))
+    assert set(reasons) == {turned, cut}
+    assert "compression as positive numbers" in reasons[turned]
+    assert moves in reasons[cut]  # and nothing about a sign
+    (remark,) = result.remarks
+    assert remark["test_id"] == falls
+    assert "spikes in F_n, left in" in remark["remark"]
+    assert result.info["remarks"] == result.remarks
 
 
 def test_ingest_of_virtual_files_keeps_the_label(tiny: RawCampaign, tmp_path: Path) -> None:
