@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from .tooling import Tool
 MOST_TENSION = 100.0
 #: Iteration from which an increment that has failed twice keeps its friction limits.
 HOLD_LIMITS = 6
+#: After so many failures in a row a residual may fall slowly, see `Attempt`.
+SLOW_AFTER = 1
 #: The first guess goes on with this share of the nodes' acceleration: the curved way along a tool is part of it, but so is
 #: what differs from node to node by chance.
 GOES_ON = 0.35
@@ -60,14 +62,22 @@ class Attempt:
     #: From this iteration on the friction limits keep the pressures of it. Where a steep friction sticks, the limit
     #: rises from 0 to k within a hundredth of a micrometre of the gap, and Newton's method steps over it to and fro.
     hold_limits: int = 1000
+    #: A step of Newton's method is halved where the residual falls by less than this share.
+    decrease: float = 0.1
+    #: So many times as many iterations are made as by default.
+    patience: int = 1
 
     @classmethod
     def number(cls, failures: int) -> Attempt:
         """Return the choice after so many failures in a row."""
-        hold = HOLD_LIMITS if failures > 0 else cls.hold_limits
+        if failures == 0:
+            return cls()
         if failures % 2:
-            return cls(separation=1e-4, ratio=0.0, hold_limits=hold)
-        return cls(early_changes=(2, 5), max_changes=5, hold_limits=hold) if failures > 0 else cls()
+            other = cls(separation=1e-4, ratio=0.0, hold_limits=HOLD_LIMITS)
+        else:
+            other = cls(early_changes=(2, 5), max_changes=5, hold_limits=HOLD_LIMITS)
+        # Where a body that does not harden sticks, surface and tool may slip at the same stress: the residual falls slowly.
+        return replace(other, decrease=0.01, patience=4) if failures > SLOW_AFTER else other
 
 
 @dataclass
@@ -196,7 +206,7 @@ def solve_increment(
         add_blocks(chain, blocks, band, skew)
         hold_fixed(band, skew, space.fixed)
 
-    for iteration in range(settings.max_iterations):
+    for iteration in range(attempt.patience * settings.max_iterations):
         inner = np.zeros(du.size)
         inverted = internal_forces(
             body.x,
@@ -250,7 +260,7 @@ def solve_increment(
                 du, stress, strain, work, list(tables), forces, weights, shear_yield, iteration, residual_norm
             )
         stalls = residual_norm > 0.5 * previous_norm and not may_change
-        worse = residual_norm > (1.0 - 0.1 * 0.5**halvings) * previous_norm
+        worse = residual_norm > (1.0 - attempt.decrease * 0.5**halvings) * previous_norm
         if (
             correction is not None
             and iteration > 1
@@ -284,6 +294,6 @@ def solve_increment(
     worst = int(np.abs(inner + contact).argmax()) // 2
     r, z = (body.x + du)[worst]
     raise StepError(
-        f"no equilibrium after {settings.max_iterations} iterations (residual {residual_norm:.1e} of the "
+        f"no equilibrium after {attempt.patience * settings.max_iterations} iterations (residual {residual_norm:.1e} of the "
         f"contact force, worst at r = {r:.2f} mm, z = {z:.2f} mm)"
     )

@@ -220,7 +220,10 @@ class Simulation:
             self._try_another_mesh(state.old_mesh)
             state.next_dt = self.control.after_remesh * self.control.largest / self.speed
         if state.next_dt * self.speed < self.control.smallest:
-            self._stop(f"no increment converged down to {dt * self.speed:.1e} mm; last reason: {reason}")
+            self._stop(
+                f"no increment converged down to {dt * self.speed:.1e} mm; last reason: {reason}; another mesh_size or a shorter "
+                "communication step may get past it"
+            )
 
     def _try_another_mesh(self, old: OldMesh) -> None:
         """Go back to the mesh before the last remeshing, and remesh finer from there if that is left to try."""

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from friction_models.common import InputError, nearest, unknown_name
@@ -26,6 +27,10 @@ METALS = {
     "conductivity": (0.5, 3000.0, "W/(m K)"),
     "heat_capacity": (50.0, 20_000.0, "J/(kg K)"),
 }
+
+
+#: Flow stress of metals that are formed [MPa], cold or hot, at this strain and this rate [1/s].
+FLOW_STRESS, AT_STRAIN, AT_RATE = (1.0, 10_000.0), 0.2, 1.0
 
 
 def _number(value: Any) -> Any:
@@ -190,7 +195,7 @@ class MaterialFile(_Part):
                 rate_range=_range(self.valid.rate),
                 T_range=_range(self.valid.T),
             )
-            return plain if self.flow_curve is None else _with_flow_curve(plain, self.flow_curve)
+            return plain if self.flow_curve is None else _checked(_with_flow_curve(plain, self.flow_curve))
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
 
@@ -218,6 +223,19 @@ def _with_flow_curve(plain: Material, curve: FlowCurve) -> Material:
     if isinstance(curve, _Constant):
         return PowerLaw(yield_stress=curve.stress, **common)
     return PowerLaw(**law, **common)
+
+
+def _checked(material: Material) -> Material:
+    """Return a material with a flow curve. Raises InputError: no metal is so soft or so hard, most often for a wrong unit."""
+    T = 20.0 if material.T_range is None else float(np.clip(20.0, *material.T_range))
+    stress = float(material.flow_stress(AT_STRAIN, T, AT_RATE))
+    low, high = FLOW_STRESS
+    if not low <= stress <= high:
+        raise InputError(
+            f"flow stress = {stress:.4g} MPa at a strain of {AT_STRAIN:g}, {AT_RATE:g} 1/s and {T:g} degC; allowed: {low:g} to {high:g} MPa "
+            "(any metal; stresses of a flow curve are in MPa)"
+        )
+    return material
 
 
 def _range(limits: list[float] | None) -> Range:

@@ -194,6 +194,8 @@ def test_numbers_without_a_point_are_numbers(tmp_path):
         ({"flow_curve": {"form": "swift", "K": 7, "n": 0.2, "prestrain": 0, "m6": 1}}, ["unknown key 'flow_curve.m6'"]),
         ({"flow_curve": {"form": "swift", "K": 7, "n": -0.2, "prestrain": 0}}, ["n = -0.2", ">= 0"]),
         ({"flow_curve": {"form": "constant", "stress": 0}}, ["yield_stress = K = 0"]),
+        ({"flow_curve": {"form": "constant", "stress": 4e8}}, ["flow stress = 4e+08 MPa at a strain of 0.2", "1 to 10000 MPa"]),
+        ({"flow_curve": {"form": "swift", "K": 0.7, "n": 0.2, "prestrain": 0}}, ["flow stress = 0.5", "1 to 10000 MPa"]),
         ({"flow_curve": 3}, ["flow_curve", "3"]),
         ({"conductivity": {"T": [20, 20], "value": [1, 2]}}, ["conductivity", "20 degC comes after 20 degC"]),
         ({"conductivity": {"T": [20, 30], "value": [1]}}, ["conductivity", "2 temperatures and 1 values"]),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from forming import BackwardCupExtrusion
+from forming import BackwardCupExtrusion, ForwardRodExtrusion, PowerLaw
 from forming.fe.contact import FACING, SHEAR, add_contact
 from forming.fe.increment import Attempt, StepError, solve_increment
 
@@ -68,3 +68,13 @@ def test_a_cup_goes_on_where_it_sticks_to_its_tools(monkeypatch):
     assert repeats.only_held > repeats.only_free
     # Rubbing at shear yield along the container takes much more than Coulomb friction.
     assert result.force[-1] > 1.3 * process.run(0.1, 8.0).force[-1]
+
+
+@pytest.mark.parametrize("stress", [100.0, 400.0])
+def test_a_rod_that_does_not_harden_goes_on_where_it_begins_to_stick(stress):
+    """At mu p = k the container slips at the stress at which the surface shears: the residual falls slowly."""
+    process = ForwardRodExtrusion(mesh_size=0.6, n_points=40, material=PowerLaw(yield_stress=stress))
+    result = process.run(0.3, 2.0)
+    assert result.status == "ok", result.message
+    assert abs(result.energy_balance) < 3.5e-3 and abs(result.volume_change) < 1e-3
+    assert 0.97 < result.max_tau_over_k < 1.03
