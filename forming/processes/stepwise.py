@@ -85,6 +85,8 @@ class StepwiseProcess(ABC):
             self._number(name, getattr(thermal, name), low, high, unit)
         self.ranges["n_points"] = FEWEST, MOST
         check_range(self.name, "n_points", n_points, FEWEST, MOST, "")
+        if n_points != int(n_points):
+            raise InputError(f"{self.name}: n_points = {n_points!r}; allowed: a whole number")
         self.n_points = int(n_points)
         self.thermal = thermal.resolved(self.name)
         self.T_billet, self.T_tool = thermal.T_billet, thermal.T_tool

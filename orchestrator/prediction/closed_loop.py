@@ -12,6 +12,8 @@ import pandas as pd
 
 from fmus import FmuModel, pack_signals, pack_twin
 from fmus.runtime.friction_names import FrictionNames
+from forming.processes.parameters import constructor_parameters
+from friction_models.common import InputError, unknown_name
 from friction_models.common.processes.pool import map_unordered
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads
 from sct_twin.twin.process import SctProcess
@@ -103,6 +105,12 @@ def sct_system(
 
 def _process_parameters(twin: TwinParameters | None, schedule: SctSchedule) -> dict[str, Any]:
     """Return the parameters of the process: what the user says about specimen, punch and twin, the test before it."""
+    allowed = [name for name in constructor_parameters(SctProcess) if name != "thermal"]
+    for name, value in (twin or {}).items():
+        if name not in allowed:
+            raise unknown_name("parameter of the twin", name, allowed)
+        if name != "material" and not isinstance(value, (int, float)):
+            raise InputError(f"parameter of the twin: {name} = {value!r}; allowed: a number")
     given = {**(twin or {}), **schedule.parameters()}
     given["F_max"] = float(schedule.F_n.max())
     given["speed"] = float(schedule.v_slide.max())

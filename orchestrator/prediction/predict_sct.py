@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from fmus.runtime.friction_names import FrictionNames
+from forming.materials.materials import as_material
 from friction_models.common import InputError, atomic_path, grown, write_json
 from friction_models.common.folders import PREDICTION
 from friction_models.loads import LOAD_NAMES, MU, FloatArray
@@ -147,6 +148,8 @@ class SctPredictions:
 
     label: str
     tests: Sequence[SctPrediction]
+    #: Up to which temperature the data of the workpiece are known [degC]; None: not said.
+    T_known: float | None = None
 
     @property
     def synthetic(self) -> bool:
@@ -215,7 +218,17 @@ class SctPredictions:
         if total is not None:
             text = f"over {total['tests']:.0f} tests: mu RMS {total['mu_rms']:.4f}, MAE {total['mu_mae']:.4f}"
             lines.append(text + (f", T RMS {total['T_rms']:.1f} K" if "T_rms" in total else ""))
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.remarks()])
+
+    def remarks(self) -> list[str]:
+        """Return a sentence on each test that gets hotter than the workpiece's data reach."""
+        hottest = [(test.schedule.test_id, float(np.max(test.run["twin.T"]))) for test in self.tests]
+        return [
+            f"{test_id}: the contact reaches {T:.0f} degC, the data of the workpiece end at {self.T_known:g} degC (is the force, the "
+            "speed or a size in another unit?)"
+            for test_id, T in hottest
+            if self.T_known is not None and self.T_known < T
+        ]
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Write `predicted.csv` (all points) and `prediction.json` (errors) into a folder."""
@@ -288,6 +301,7 @@ def predict_sct(
     runs = run_all(tasks, jobs, progress)
     off_by = uncertainties_of(schedules, runs, twin=twin, output=output, jobs=jobs)
     tests = [SctPrediction(s, run, output, u) for s, run, u in zip(schedules, runs, off_by)]
-    found = SctPredictions(name, tests)
+    known = as_material((twin or {}).get("material")).T_range
+    found = SctPredictions(name, tests, None if known is None else known[1])
     found.save(place)
     return found

@@ -128,6 +128,7 @@ def test_bore_profile_takes_the_innermost_surface():
         ({"mesh_size": 3.0}, "mesh_size = 3.0"),
         ({"speed": float("nan")}, "speed = nan"),
         ({"htc": -1.0}, "htc = -1.0"),
+        ({"n_points": 12.5}, "n_points = 12.5"),
     ],
 )
 def test_impossible_rings_are_refused(wrong, words):

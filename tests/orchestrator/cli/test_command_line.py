@@ -19,6 +19,7 @@ from friction_models.common import InputError
 from friction_models.common.json_values import plain
 from friction_models.loads import DataSet
 from orchestrator.cli.common.console import keeping, progress
+from orchestrator.cli.common.options import key_values
 from orchestrator.cli.main import run, spread
 
 COMMANDS = [
@@ -430,3 +431,9 @@ def test_settings_in_units_that_do_not_fit_are_refused(refused: Check, tmp_path:
     )
     said = refused("compare", "--models", "0.08", "--press", press)
     assert "row 1: file 'a.csv' stands above already" in said
+
+
+def test_numbers_of_set_are_read_as_they_are_written() -> None:
+    """YAML takes 1e3 for a text."""
+    found = key_values(["speed=1e3", "mu=2E-2", "n=12", "name=16MnCr5", "material=1e3"], ("material",))
+    assert found == {"speed": 1000.0, "mu": 0.02, "n": 12, "name": "16MnCr5", "material": "1e3"}

@@ -16,7 +16,7 @@ from friction_models.common import InputError
 from friction_models.loads import DataSet
 from orchestrator.cli.commands import predicting_sct
 from orchestrator.prediction.closed_loop import sct_system
-from orchestrator.prediction.predict_sct import SctPrediction, predict_sct
+from orchestrator.prediction.predict_sct import SctPrediction, SctPredictions, predict_sct
 from orchestrator.prediction.schedule import SctSchedule, TestRow, held_out_schedules, planned_schedules
 from orchestrator.report import write_report
 from sct_twin.twin.process import SctProcess
@@ -216,3 +216,28 @@ def test_a_force_in_another_unit_is_named_with_its_file(tmp_path: Path) -> None:
     table.to_csv(tmp_path / "kilo.csv", index=False)
     with pytest.raises(InputError, match=r"kilo\.csv: test k: F_n is 90 N at its highest, allowed: 1000 to"):
         SctSchedule.from_file(tmp_path / "kilo.csv", {"test_id": "k", "T_tool": 20.0})
+
+
+@pytest.mark.parametrize(
+    ("twin", "words"),
+    [
+        (
+            {"tool_material": "1.2379"},
+            r"unknown parameter of the twin 'tool_material'; allowed: .*did you mean 'material'",
+        ),
+        ({"mesh_size": "fine"}, r"parameter of the twin: mesh_size = 'fine'; allowed: a number"),
+    ],
+)
+def test_parameters_that_the_twin_does_not_take(
+    twin: dict[str, object], words: str, constant: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=words):
+        predict_sct(constant, [SctSchedule.from_plan(PLAN)], tmp_path / "out", twin=twin, jobs=1)
+
+
+def test_a_contact_hotter_than_the_data_of_the_workpiece_is_said(planned: SctPrediction) -> None:
+    hottest = float(planned.run["twin.T"].max())
+    for known, said in ((hottest + 1.0, 0), (hottest - 1.0, 1), (None, 0)):
+        found = SctPredictions("constant", [planned], known)
+        assert len(found.remarks()) == said
+        assert found.table().count("the data of the workpiece end at") == said
