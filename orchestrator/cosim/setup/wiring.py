@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -294,10 +295,12 @@ def _fits(value: object, variable: Variable) -> bool:
         return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
     if variable.type == "String":
         return isinstance(value, str)
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _allowed(variable: Variable) -> str:
+    if variable.type not in {"Integer", "Enumeration", "Boolean", "String"}:
+        return f"{variable.type}, a finite number"
     if variable.type not in {"Integer", "Enumeration"}:
         return variable.type
     low, high = integer_limits(variable.exchange)

@@ -77,6 +77,14 @@ def test_all_problems_are_shown_at_once(tiny: dict[str, Path], tmp_path: Path) -
         assert hint in str(caught.value)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_start_value_that_is_no_number_is_refused(value: float, tiny: dict[str, Path]) -> None:
+    content = system_content(tiny["law"], tiny["process"])
+    content["components"]["friction"]["start"] = {"offset": value}  # type: ignore[index]
+    with pytest.raises(InputError, match=rf"start value 'offset' is {value}; allowed: Real, a finite number"):
+        System.from_dict(content).validate()
+
+
 def test_vectors_of_different_length_do_not_connect(tiny: dict[str, Path]) -> None:
     with pytest.raises(InputError, match=r"forming\.load has 2 elements, friction\.load has 1.*--nodes 2"):
         System.from_dict(system_content(tiny["scalar_law"], tiny["process"])).validate()
