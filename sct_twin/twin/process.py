@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 from forming.materials.materials import Material, as_material
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
-from friction_models.loads import LOAD_NAMES
+from friction_models.loads import LOAD_NAMES, MU
 
 from .heat.contact_temperature import SlidingContact, ThermalBody, ThermalSettings
 from .heat.sliding import rest
@@ -133,6 +133,10 @@ class SctProcess:
             raise InputError(f"SCT process: F_max = {F_max!r} N; allowed: {low:g} to {high:g} N")
         if not (math.isfinite(speed) and speed > 0.0):
             raise InputError(f"SCT process: speed = {speed!r} mm/s; allowed: a finite number above 0")
+        if not MU.lower <= upsetting_mu <= MU.upper:
+            raise InputError(
+                f"SCT process: upsetting_mu = {upsetting_mu!r}; allowed: {MU.lower:g} to {MU.upper:g}"
+            )
         if not (math.isfinite(t_wait) and 0.0 <= t_wait <= 1e5):
             raise InputError(f"SCT process: t_wait = {t_wait!r} s; allowed: 0 to 1e5 s")
         self.punch = PunchGeometry(specimen_diameter, specimen_height, bore or None, tip or None, tip_height)

@@ -164,3 +164,8 @@ def test_loads_before_the_force_are_not_those_of_the_force() -> None:
     assert np.all(np.diff(psi) >= 0.0)
     assert psi[-1] > 2.0
     assert np.all(np.diff(T[:-1]) >= -1e-9)  # then it cools
+
+
+def test_friction_of_upsetting_that_cannot_be_is_refused_by_its_name() -> None:
+    with pytest.raises(InputError, match=r"SCT process: upsetting_mu = -1\.0; allowed: 0 to 10"):
+        SctProcess(upsetting_mu=-1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -132,6 +133,10 @@ def swapped(system: System, swap: Iterable[str] | None, names: Path | None = Non
     from ...cosim.swapping import swap_model
 
     pairs = [split_pair("--swap ", item, "component=FILE.fmu") for item in swap or []]
+    twice = [name for name, number in Counter(name for name, _ in pairs).items() if number > 1]
+    if twice:
+        models = " and ".join(repr(model) for name, model in pairs if name == twice[0])
+        raise InputError(f"--swap: component {twice[0]!r} is given {models}; allowed: one model each")
     given = given_names([model for _, model in pairs], names)
     for component, model in pairs:
         system = swap_model(

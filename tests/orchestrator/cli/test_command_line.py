@@ -286,6 +286,8 @@ def test_systems_that_do_not_hold(refused: Check, tmp_path: Path, tiny: dict[str
     swap = ["--swap", f"fricton={tiny['law']}"]
     assert "did you mean 'friction'" in refused("simulate", system, *swap, "-o", tmp_path / "run")
     assert "component=FILE.fmu" in refused("simulate", system, "--swap", "friction", "-o", tmp_path / "r")
+    twice = ["--swap", "friction=.1", "--swap", "friction=.2", "-o", tmp_path / "r"]
+    assert "component 'friction' is given '.1' and '.2'" in refused("simulate", system, *twice)
     assert "no such file" in refused("simulate", tmp_path / "no.yaml", "-o", tmp_path / "run")
     assert (
         f"{tmp_path}: is a folder; allowed: a system description (.yaml) or an SSP archive (.ssp); did you mean '{system}'?"
