@@ -87,7 +87,7 @@ class FormingProcess(StepwiseProcess):
                     raise
             if progress is not None:
                 progress((k + 1) / steps)
-        self.result = log.result()
+        self.result = replace(log.result(), inputs=self._inputs(friction, communication_step))
         if callable(friction):
             late = lag_warnings(stroke / steps, self.name)
             self.result = replace(self.result, warnings=(*self.result.warnings, *late))
@@ -100,6 +100,17 @@ class FormingProcess(StepwiseProcess):
             finally:
                 self.result = replace(self.result, ejection=ejection.result())
         return self.result
+
+    def _inputs(self, friction: Friction, communication_step: float) -> dict[str, float | str]:
+        """Return what a result is made with, for its files."""
+        mu = "a function of the loads" if callable(friction) else float(friction)
+        about = {
+            "process": self.name,
+            "material": self.material.name,
+            "mu": mu,
+            "communication_step": communication_step,
+        }
+        return {**about, **self.numbers, "n_points": self.n_points}
 
     def _with_errors(
         self, result: FormingResult, friction: Friction, stroke: float, communication_step: float

@@ -57,6 +57,8 @@ class StepwiseProcess(ABC):
     ----------
     name : str
         For messages.
+    numbers : dict of str to float
+        The parameters that are one number.
     units : dict of str to str
         The parameters that are one number, and their units, in the order in which they were checked.
     ranges : dict of str to (float, float)
@@ -79,6 +81,7 @@ class StepwiseProcess(ABC):
         self, speed: float, material: MaterialSource, n_points: int, thermal: ThermalConditions
     ) -> None:
         self.units: dict[str, str] = {}
+        self.numbers: dict[str, float] = {}
         self.ranges: dict[str, tuple[float, float]] = {}
         self.speed = self._number("speed", speed, 0.01, 2000.0, "mm/s")
         for name, (low, high, unit) in RANGES.items():
@@ -95,9 +98,10 @@ class StepwiseProcess(ABC):
         self.material.check_start(self.name, thermal.T_billet)
 
     def _number(self, name: str, value: float, low: float, high: float, unit: str) -> float:
-        """Return a parameter that is one number, checked, and remember its unit and range."""
+        """Return a parameter that is one number, checked, and remember it, its unit and range."""
         self.units[name], self.ranges[name] = unit, (low, high)
         check_range(self.name, name, value, low, high, unit)
+        self.numbers[name] = float(value)
         return value
 
     def ejection_stage(self, how: str, number: int, state: State) -> Stage | None:

@@ -50,6 +50,7 @@ def load_result(folder: str | os.PathLike[str]) -> tuple[FormingResult, str]:
         plain: dict[str, Any] = {
             k: tuple(v) if isinstance(v, list) else v for k, v in figures.items() if k in known
         }
+        plain["inputs"] = dict(plain.get("inputs", {}))
         name = str(figures.get("name", place.name))
         plain |= {column: table[:, k].copy() for k, column in enumerate(head)}
     except InputError:

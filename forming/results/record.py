@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -56,6 +57,8 @@ class FormingRecord:
         law's own extension. And friction that lags too far behind the loads.
     ejection : EjectionResult or None
         Forces and work of ejecting the product, if the run was asked for it.
+    inputs : dict
+        What the run was made with: process, its numbers in their units, material, friction, communication step [mm].
     """
 
     stroke: FloatArray
@@ -77,6 +80,7 @@ class FormingRecord:
     heat_balance: float = 0.0
     warnings: tuple[str, ...] = ()
     ejection: EjectionResult | None = None
+    inputs: Mapping[str, float | str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         size = f"{counted(max(len(self.stroke) - 1, 0), 'step')} to {self.stroke[-1] if len(self.stroke) else 0.0:g} mm"

@@ -102,7 +102,7 @@ def key_figures(result: FormingRecord) -> dict[str, object]:
             found[attribute.name] = value
         elif isinstance(value, (list, tuple)) and all(isinstance(v, str) for v in value):
             found[attribute.name] = list(value)
-    return found
+    return found | ({"inputs": dict(result.inputs)} if result.inputs else {})
 
 
 def contact_dataset(contact: ContactHistory) -> Dataset:

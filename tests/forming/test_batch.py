@@ -40,7 +40,18 @@ def test_pool_gives_the_bits_of_single_runs_and_keeps_failures(tmp_path: Path) -
             assert run.result.ejection is not None
             assert np.array_equal(run.result.ejection.force, alone.ejection.force)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["0002", "0003", "rod"]
-    assert load_result(tmp_path / "rod")[1] == "rod"
+    again, name = load_result(tmp_path / "rod")
+    assert name == "rod"
+    # What it was made with is kept beside the numbers.
+    assert again.inputs == runs[0].result.inputs
+    made = {
+        "process": "forward rod extrusion",
+        "material": "16MnCr5",
+        "mu": 0.05,
+        "mesh_size": 0.8,
+        "n_points": 20,
+    }
+    assert made.items() <= again.inputs.items()
 
 
 def failing(loads: np.ndarray, t: float) -> np.ndarray:
