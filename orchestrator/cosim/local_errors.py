@@ -74,6 +74,11 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
     except SimulationError as error:
         return f"errors of the loads are not known: with elements {FINER:.3g} times as large {error}"
     loads, active = _contact(run, name)
+    if np.array_equal(loads, finer[0]):
+        return (
+            f"errors of the loads are not known: {name} does the same where smaller elements are asked for; the tribofmu that runs in it is "
+            "older than this one"
+        )
     errors = local_errors(loads, active, finer)
     data = Dataset(
         {

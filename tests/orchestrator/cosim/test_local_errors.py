@@ -94,3 +94,13 @@ def test_a_factor_that_is_none_is_refused(system, tmp_path, monkeypatch, given):
     monkeypatch.setenv(ELEMENTS, given)
     done = CliRunner().invoke(app, ["simulate", str(system / "fre.yaml"), "-o", str(tmp_path / "run")])
     assert f"{ELEMENTS}='{given}'; allowed: 0.2 to 5" in str(done.exception) + done.output
+
+
+def test_an_fmu_that_knows_no_smaller_elements_states_no_errors(system, tmp_path, monkeypatch):
+    monkeypatch.setattr("orchestrator.cosim.local_errors.ELEMENTS", "TRIBOFMU_OTHER")
+    done = CliRunner().invoke(
+        app, ["simulate", str(system / "fre.yaml"), "-o", str(tmp_path / "run"), "--local-errors"]
+    )
+    assert done.exit_code == 0, done.output
+    assert "errors of the loads are not known: forming does the same" in " ".join(done.output.split())
+    assert not (tmp_path / "run" / FILE).exists()
