@@ -161,12 +161,17 @@ class UnseenTestsJudge:
     def _in_another_form(self, kept: list[Fit], shares: ErrorShares) -> bool:
         """Return whether one effect leaves most of what is left along its own load: what is there bends otherwise than it can.
 
-        A hump in a load is no threshold, though a threshold beside a falling line draws most of it.
+        A hump in a load is no threshold, though a threshold beside a falling line draws most of it. Over two loads a law has more
+        ways to differ from its formula, and is still that law.
         """
         if len(kept) != 1 or not shares.believed or not EXPLAINED < shares.left <= NOT_THE_ANSWER:
             return False
         effect = kept[0].effect
-        if (effect.needs_state and shares.left < BENT_MEMORY) or not {*effect.driver} <= {*LOAD_NAMES}:
+        if (
+            (effect.needs_state and shares.left < BENT_MEMORY)
+            or len(effect.driver) > 1
+            or effect.driver[0] not in LOAD_NAMES
+        ):
             return False
         places = self.beside.places(kept)
         return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
