@@ -340,3 +340,18 @@ def test_a_tool_that_cannot_be_meshed_is_refused(monkeypatch):
     monkeypatch.setattr("forming.processes.forward_rod_extrusion.body_within", fails)
     with pytest.raises(InputError, match=r"cannot be meshed .*; allowed: a smaller mesh_size"):
         ForwardRodExtrusion(**COARSE).start(0.05)
+
+
+def test_the_gap_around_a_billet_scales_with_small_rods_and_is_bounded_for_large_ones():
+    """Rods of one shape: the gap is the same share of the container up to 20 mm, and no wider beyond."""
+
+    def gap(scale: float) -> float:
+        size = {"diameter": 20.0, "exit_diameter": 14.14, "billet_length": 30.0, "mesh_size": 0.4}
+        radii = {"entry_radius": 3.0, "edge_radius": 2.0, "land": 3.0, "relief": 1.0}
+        rod = ForwardRodExtrusion(n_points=20, **{n: scale * v for n, v in (size | radii).items()})
+        rod.start()
+        return 10.0 * scale - float(rod.simulation.state.body.x[:, 0].max())
+
+    assert gap(1.0) == pytest.approx(0.05)
+    assert gap(0.25) == pytest.approx(0.0125)
+    assert gap(2.0) == pytest.approx(0.05)
