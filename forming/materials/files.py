@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -12,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from friction_models.common import InputError, nearest, unknown_name
 from friction_models.common.wording import kind_of
-from friction_models.common.yaml_files import read_yaml
+from friction_models.common.yaml_files import number_without_point, read_yaml
 
 from ..fe.heat.properties import Property
 from .base import Material, Range
@@ -33,14 +32,7 @@ METALS = {
 FLOW_STRESS, AT_STRAIN, AT_RATE = (1.0, 10_000.0), 0.2, 1.0
 
 
-def _number(value: Any) -> Any:
-    # YAML 1.1 reads 2e-3 as a text: it wants a point.
-    if isinstance(value, str) and re.fullmatch(r"[+-]?\d+(\.\d*)?[eE][+-]?\d+", value):
-        return float(value)
-    return value
-
-
-Number = Annotated[float, BeforeValidator(_number), Field(allow_inf_nan=False)]
+Number = Annotated[float, BeforeValidator(number_without_point), Field(allow_inf_nan=False)]
 Text = Annotated[str, Field(max_length=4000)]
 Axis = Annotated[list[Number], Field(min_length=1, max_length=FlowTable.longest)]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -86,3 +87,15 @@ def _check_keys(node: yaml.Node | None, where: str) -> None:
                 )
             seen.add(key.value)
         _check_keys(value, where)
+
+
+def number_without_point(value: Any) -> Any:
+    """Return the number that a text such as ``2e-3`` is, anything else as it is: YAML 1.1 wants a point and a sign in it.
+
+    Examples
+    --------
+    >>> [number_without_point(v) for v in ("2e-3", "1.5e3", "16MnCr5", 7)]
+    [0.002, 1500.0, '16MnCr5', 7]
+    """
+    written = isinstance(value, str) and re.fullmatch(r"[+-]?\d+(\.\d*)?[eE][+-]?\d+", value)
+    return float(value) if written else value

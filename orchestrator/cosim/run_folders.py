@@ -60,22 +60,25 @@ class Course:
     log: list[str] = field(default_factory=list)  # messages of the FMUs
     iterations: list[int] = field(default_factory=list)  # mode ``iterated``: repetitions of each step
     changes: list[float] = field(default_factory=list)  # largest relative one of a connection in the last
-    lagging: list[int] = field(
-        default_factory=list
-    )  # values that did not settle, and were left as at the start of the step
+    #: Mode ``iterated``: values that did not settle in each step, and were left as at its start.
+    lagging: list[int] = field(default_factory=list)
     ending: str = ""  # why the run ended before its stop time although nothing failed
     stopped: BaseException | None = None  # what stopped it otherwise
     #: Wall time by component, and of ``master``, ``setup`` and ``total`` [s].
     timing: dict[str, float] = field(default_factory=dict)
     loop_seconds: float = 0.0  # of the stepping alone
 
+    @property
+    def lagging_steps(self) -> int:
+        """Number of steps in which some value did not settle."""
+        return sum(count > 0 for count in self.lagging)
+
     def remarks(self) -> list[str]:
         """Return what to say of the run beside its warnings."""
-        if not any(self.lagging):
+        if not self.lagging_steps:
             return []
-        steps = sum(count > 0 for count in self.lagging)
         return [
-            f"in {steps} of {counted(len(self.lagging), 'step')} up to {counted(max(self.lagging), 'value')} did not settle in the repetitions "
+            f"in {self.lagging_steps} of {counted(len(self.lagging), 'step')} up to {counted(max(self.lagging), 'value')} did not settle in the repetitions "
             "and stayed as at the start of the step: there friction lags by one step"
         ]
 
@@ -268,7 +271,7 @@ def write_run(
             "total": sum(course.iterations),
             "largest_change": max(course.changes, default=0.0),
             "tolerance": course.tolerance,
-            "lagging_steps": sum(count > 0 for count in course.lagging),
+            "lagging_steps": course.lagging_steps,
             "most_lagging": max(course.lagging, default=0),
         }
     run = Run(folder, manifest, time, values, units)

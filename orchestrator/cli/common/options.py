@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
@@ -230,14 +229,11 @@ def split_pair(option: str, text: str, form: str) -> tuple[str, str]:
     return name, value
 
 
-def _read(value: Any) -> Any:
-    # YAML 1.1 reads 1e3 as a text: it wants a point.
-    return float(value) if isinstance(value, str) and re.fullmatch(r"[+-]?\d+[eE][+-]?\d+", value) else value
-
-
 def key_values(pairs: Iterable[str], texts: Collection[str] = ()) -> dict[str, Any]:
     """Read ``key=value`` texts; values as YAML reads them, except those of the keys in `texts`."""
     import yaml
+
+    from friction_models.common.yaml_files import number_without_point
 
     result = {}
     for pair in pairs:
@@ -245,7 +241,7 @@ def key_values(pairs: Iterable[str], texts: Collection[str] = ()) -> dict[str, A
         if not equals or not key:
             raise InputError(f"{pair!r}: not of the form key=value")
         try:
-            result[key] = value if key in texts else _read(yaml.safe_load(value))
+            result[key] = value if key in texts else number_without_point(yaml.safe_load(value))
         except (yaml.YAMLError, ValueError, RecursionError):
             raise InputError(
                 f"{pair[:80]!r}: the value cannot be read; allowed: a number or a name"
