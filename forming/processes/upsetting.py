@@ -12,7 +12,7 @@ from friction_models.common.ranges import check_flag
 
 from ..fe.body import Body
 from ..fe.increment import Settings
-from ..fe.mesh.mesher import grid_mesh
+from ..fe.mesh.mesher import MeshError, grid_mesh
 from ..fe.mesh.shape import FloatArray
 from ..fe.simulation import Simulation
 from ..fe.state import RemeshPolicy, StepControl
@@ -23,13 +23,15 @@ from .thermal_conditions import TOOLS, ThermalConditions
 
 #: Largest share of the height that a stroke may take.
 MOST = 0.8
+#: Elements where the side meets the faces, as a share of the others, and by how much the next one is larger.
+AT_EDGE, GROWTH = 0.25, 0.2
 
 
 class Upsetting(FormingProcess):
     """Compression of a cylinder or a ring between a flat plate and a flat punch.
 
-    The mesh is a regular grid that moves with the material: where the side folds onto the tools it carries
-    further than meshes that are replaced, and contact changes less. The parameters of speed, heat, material and
+    The mesh is a grid that moves with the material: where the side folds onto the tools it carries further than
+    meshes that are replaced, and contact changes less. Its elements are smaller towards faces and side. The parameters of speed, heat, material and
     markers are described in `StepwiseProcess`.
 
     Parameters
@@ -41,7 +43,7 @@ class Upsetting(FormingProcess):
     T_billet, T_tool : float
         Temperatures at the start [degC].
     mesh_size : float, optional
-        Element size [mm]; by default the smaller of height and wall, over 12.
+        Size of the largest elements [mm]; by default the smaller of height and wall, over 12.
     shear_factor : float
         Friction stress at most this share m of the shear yield stress k. With the coefficient of friction
         `forming.processes.friction_input.CONSTANT_SHEAR` the friction is then tau = m k.
@@ -119,10 +121,12 @@ class Upsetting(FormingProcess):
 
     def _build(self) -> Simulation:
         inner, outer, height = 0.5 * self.bore_diameter, 0.5 * self.diameter, self.height
-        n_r, n_z = (
-            max(4, round(length / (self.coarsening * self.mesh_size))) for length in (outer - inner, height)
-        )
-        mesh = grid_mesh(np.linspace(inner, outer, n_r + 1), np.linspace(0.0, height, n_z + 1))
+        mesh_size = self.coarsening * self.mesh_size
+        half = _graded(0.5 * height, mesh_size)
+        # Not towards a bore: small elements fold into it where friction closes it.
+        r, z = outer - _graded(outer - inner, mesh_size)[::-1], np.concatenate([half, height - half[-2::-1]])
+        n_r, n_z = len(r) - 1, len(z) - 1
+        mesh = grid_mesh(r, z)
         chain = np.append(mesh.loop, mesh.loop[0]) if inner else mesh.loop[: 2 * n_r + n_z + 1]
         body = Body.at_rest(mesh.x, mesh.quads, np.ascontiguousarray(chain), self.T_billet)
         body.velocity = np.column_stack([0.5 * (body.x[:, 0] - inner), -body.x[:, 1]]) * self.speed / height
@@ -153,6 +157,19 @@ class Upsetting(FormingProcess):
 
     def _size(self, points: FloatArray) -> FloatArray:
         return np.full(len(points), self.coarsening * self.mesh_size)
+
+
+def _graded(length: float, size: float) -> FloatArray:
+    """Return nodes from 0 to `length`: elements of `size`, towards 0 smaller, the first of them `AT_EDGE` of it.
+
+    Raises MeshError: a size that is not above zero.
+    """
+    if not size > 0.0:
+        raise MeshError(f"elements of {size:g} mm")
+    shares = np.minimum(1.0, AT_EDGE * (1.0 + GROWTH) ** np.arange(math.ceil(length / (AT_EDGE * size))))
+    nodes = np.append(0.0, size * np.cumsum(shares))
+    nodes = nodes[: np.searchsorted(nodes, (1.0 - 1e-9) * length) + 1]
+    return nodes * length / nodes[-1]
 
 
 class UpsettingOptions(TypedDict, total=False):

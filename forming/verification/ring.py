@@ -16,6 +16,7 @@ from .ring_closed_form import (
     CURVES,
     POINTS,
     PUBLISHED_BY_M,
+    PUBLISHED_POINTS,
     REDUCTIONS,
     SOURCE,
     Readings,
@@ -189,7 +190,15 @@ def calibration_by_m() -> Outcome:
     at = REDUCTIONS.index(50)
     source = "another finite element study (aluminium at 300 degC, tools at 250 degC)"
     rows = [
-        Row(f"bore decrease, m {m:g}, 50 %", "points", value, source, ours[m][at], POINTS, absolute=True)
+        Row(
+            f"bore decrease, m {m:g}, 50 %",
+            "points",
+            value,
+            source,
+            ours[m][at],
+            PUBLISHED_POINTS,
+            absolute=True,
+        )
         for m, value in PUBLISHED_BY_M.items()
     ]
     return Outcome([*outcome.rows, *rows], outcome.details)

@@ -257,7 +257,7 @@ def test_pressure_over_a_tool_carries_its_force():
     surface, table = state.body.surface, state.tables[0]
     loads = surface_loads(surface, state.tables, state.tools, state.weights)
     on = np.flatnonzero(table[:, 0] > 0.0)
-    assert table[on[-1], FACING] < 0.7 and table[on[:-1], FACING] == pytest.approx(1.0)
+    assert table[on[-1], FACING] < 0.7 and table[on[:-1], FACING] == pytest.approx(1.0, abs=1e-4)
     r, p = surface[on, 0], loads.pressure[on]
     shown = np.pi * np.sum(np.diff(r**2) * 0.5 * (p[1:] + p[:-1]))
     assert shown == pytest.approx(1e3 * process.force, rel=0.01)

@@ -115,11 +115,11 @@ def test_a_surface_that_folds_onto_itself_ends_the_run_and_says_where():
     process = Upsetting(diameter=12.0, height=12.0, mesh_size=1.0, n_points=40, isothermal=True)
     process.start(0.1)
     body = process.simulation.state.body
-    groove = (np.abs(body.x[:, 1] - 6.0) < 0.1) & (body.x[:, 0] > 5.5)
-    lips = (np.abs(np.abs(body.x[:, 1] - 6.0) - 1.0) < 0.1) & (body.x[:, 0] > 5.5)
-    body.x[groove, 0] -= 0.6
-    body.x[lips, 1] = 6.0 + 0.25 * np.sign(body.x[lips, 1] - 6.0)
-    body.x[lips, 0] += 0.35
+    groove, lips = (np.abs(np.abs(body.x[:, 1] - 6.0) - away) < 0.1 for away in (0.0, 1.0))
+    share = np.clip(0.5 * (body.x[:, 0] - 4.0), 0.0, 1.0)
+    body.x[groove, 0] -= 0.6 * share[groove]
+    body.x[lips, 0] += 0.35 * share[lips]
+    body.x[lips, 1] -= 0.75 * (share * np.sign(body.x[:, 1] - 6.0))[lips]
     assert first_crossing(body.surface) == -1
     going = True
     while going and process.stroke < 6.0:
