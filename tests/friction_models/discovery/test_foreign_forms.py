@@ -143,3 +143,23 @@ def test_a_hot_test_far_from_all_others_does_not_hide_a_wave(seed: int) -> None:
         tests.append(pd.DataFrame({"test_id": f"t{i:02d}", **loads, "mu": mu}))
     found = diagnose(pd.concat(tests, ignore_index=True))
     assert found.verdict == "unknown_structure"
+
+
+def film_of_another_form(seed: int) -> pd.DataFrame:
+    """One mean a test: contact that a film of eta v / p lifts, eta after Vogel, and drag of the film itself."""
+    rng = np.random.default_rng(seed)
+    n = 60
+    p, v = np.exp(rng.uniform(np.log(100.0), np.log(1500.0), n)), np.exp(rng.uniform(0.7, 6.2, n))
+    T = rng.uniform(20.0, 200.0, n)
+    film = 10.0 * np.exp(1400.0 / (T + 110.0) - 5.0) * v / p
+    mu = 0.03 + 0.08 * np.exp(-np.sqrt(film / 0.3)) + 0.004 * np.log1p(film)
+    mu += 0.0008 * rng.standard_normal(n)
+    names = [f"t{i:03d}" for i in range(n)]
+    return pd.DataFrame(
+        {"test_id": names, "t": 0.0, "v_rel": v, "T": T, "sigma_n": p, "sd": 10.0, "psi": 2.0, "mu": mu}
+    )
+
+
+def test_a_law_of_several_loads_keeps_its_name_where_it_leaves_some_along_them() -> None:
+    found = diagnose(film_of_another_form(0), model="linear")
+    assert (found.verdict, found.effects) == ("partly_explained", ["hersey"]), found.sentence
