@@ -49,7 +49,8 @@ class BinnedTests:
     count: FloatArray  #: Points in each bin, shape (m,).
     test: npt.NDArray[np.intp]  #: Test of each bin, shape (m,).
     slot: npt.NDArray[np.intp]  #: Number of the bin within its test, shape (m,).
-    #: Sliding distance since the start of the test [mm]; counts of points where it does not vary. Shape (n,).
+    #: Sliding distance since the start of the test [mm], of averages the recorded one; counts of points where it does not vary.
+    #: Shape (n,).
     distance: FloatArray
     #: Metadata of the tests that is recorded for every test, as numbers, each of shape (n, 1).
     system: dict[str, FloatArray] = field(default_factory=dict)
@@ -255,8 +256,10 @@ def _remarks(campaign: BinnedTests) -> list[str]:
 def _progress(
     loads: TriboLoads, point_starts: npt.NDArray[np.intp], bins: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how far each point is within its test, 0 to 1, and its distance since the start."""
+    """Return how far each point is within its test, 0 to 1, and its distance since the start: of averages, where they stand."""
     progress, distance = np.empty(len(loads)), np.empty(len(loads))
+    if len(loads) == len(point_starts):
+        return np.zeros(len(loads)), loads.sd
     for a, b in zip(point_starts, np.r_[point_starts[1:], len(loads)], strict=True):
         sd = np.maximum.accumulate(loads.sd[a:b]) - loads.sd[a]
         if not sd[-1] > 0:

@@ -15,7 +15,8 @@ from .noise_floor import RepeatsNumbers
 
 #: Fewest differences between repeats from which a scatter is estimated.
 LEAST_FREEDOM = 3
-#: With fewer than this of the same metadata, tests at the same loads count as repeats whatever their metadata.
+#: With fewer than this of the same metadata, tests at the same loads count as repeats whatever their metadata: about what levels
+#: of it make of them, where as many differences are left then, too.
 ENOUGH_FREEDOM = 8
 #: Fewest settings, and draws, for the question whether settings differ by more than repeats do.
 LEAST_SETTINGS, DRAWS = 3, 999
@@ -65,18 +66,21 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
     """
     groups = same_settings(campaign)
     freedom = sum(len(g) - 1 for g in groups)
-    # on other days or of other batches: what no name describes of them is scatter
     if freedom < ENOUGH_FREEDOM:
         groups = same_settings(campaign, metadata=False)
         freedom = sum(len(g) - 1 for g in groups)
-    if freedom < LEAST_FREEDOM:
-        return None
+        if freedom < LEAST_FREEDOM:
+            return None
+        levels, spent = _of_levels(campaign, residual, groups)
+        # on other days or of other batches: what is not the same for each level of them is scatter, or all of it if they are many
+        if freedom - spent >= ENOUGH_FREEDOM:
+            residual, freedom = residual - levels[campaign.test], freedom - spent
     level = campaign.of_tests(residual)
     square = sum(_square_apart(campaign, residual, g) for g in groups) / freedom
     low, high = (square * freedom / float(chdtri(freedom, q)) for q in (0.025, 0.975))
     return Repeats(
         len(groups),
-        freedom + len(groups),
+        sum(map(len, groups)),
         float(np.sqrt(square)),
         (float(np.sqrt(low)), float(np.sqrt(high))),
         _by_chance(level, groups, seed),
@@ -85,15 +89,10 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
 
 def same_settings(campaign: BinnedTests, metadata: bool = True) -> list[Indexes]:
     """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
-    columns, tests = [in_units(n, level) for n, level in campaign.levels.items()], len(campaign.tests)
-    for name in sorted(campaign.system) if metadata else ():
-        values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
-        if is_text(campaign.loads, name):
-            columns.append(values / 1e-9)  # another level is another setting
-        elif len(np.unique(values)) <= MOST_LEVELS * tests:  # else measured anew in each test
-            columns.append(values / max(SAME_SETTING * float(np.ptp(values)), 1e-9))
+    columns = [in_units(n, level) for n, level in campaign.levels.items()]
+    columns += _metadata(campaign) if metadata else []
     if not columns:
-        return [np.arange(tests)]
+        return [np.arange(len(campaign.tests))]
     means = np.column_stack(columns)
     groups: list[Indexes] = []
     left = np.lexsort(means.T[::-1])
@@ -103,6 +102,33 @@ def same_settings(campaign: BinnedTests, metadata: bool = True) -> list[Indexes]
             groups.append(left[near])
         left = left[~near]
     return groups
+
+
+def _metadata(campaign: BinnedTests) -> list[FloatArray]:
+    """Return metadata of the tests in units of what counts as the same, shape (tests,) each."""
+    columns = []
+    for name in sorted(campaign.system):
+        values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
+        if is_text(campaign.loads, name):
+            columns.append(values / 1e-9)  # another level is another setting
+        elif len(np.unique(values)) <= MOST_LEVELS * len(values):  # else measured anew in each test
+            columns.append(values / max(SAME_SETTING * float(np.ptp(values)), 1e-9))
+    return columns
+
+
+def _of_levels(campaign: BinnedTests, residual: FloatArray, groups: list[Indexes]) -> tuple[FloatArray, int]:
+    """Return what levels of metadata make of the tests beside their settings, shape (tests,), and how many differences that takes.
+
+    Levels and settings add up (analysis of variance without interaction).
+    """
+    levels = [column[:, None] == np.unique(column)[None, 1:] for column in _metadata(campaign)]
+    own, tests = np.column_stack([np.empty((len(campaign.tests), 0)), *levels]), np.concatenate(groups)
+    setting = np.repeat(np.arange(len(groups)), list(map(len, groups)))
+    about = own[tests] - np.array([own[g].mean(axis=0) for g in groups])[setting]
+    level = campaign.of_tests(residual)[tests]
+    apart = level - np.array([level[setting == k].mean() for k in range(len(groups))])[setting]
+    found, _, rank, _ = np.linalg.lstsq(about, apart, rcond=1e-9)
+    return own @ found, int(rank)
 
 
 def _square_apart(campaign: BinnedTests, residual: FloatArray, group: Indexes) -> float:

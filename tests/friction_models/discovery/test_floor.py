@@ -81,6 +81,30 @@ def test_tests_of_other_batches_are_no_repeats() -> None:
     assert len(same_settings(campaign)) == 0 and len(same_settings(campaign, metadata=False)) == 8
 
 
+def test_repeats_of_other_levels_scatter_about_what_the_levels_make_of_them() -> None:
+    """Four oils at each of eight settings, once each: none repeats another, and what the oils do is no scatter."""
+    data = measured(repeated(2, each=4), 0.1, 2)
+    names = data["test_id"].unique()
+    oils = pd.DataFrame({"test_id": names, "oil": [f"oil {n[-1]}" for n in names]})
+    own = data["test_id"].str[-1].map({"a": 0.03, "b": -0.02, "c": 0.0, "d": -0.01})
+    campaign = prepare(data.assign(mu=data["mu"] + own), oils)
+    found = repeats_of(campaign, campaign.average(campaign.mu))
+    assert found is not None and found.tests == 32
+    assert found.interval[0] < np.hypot(0.003, 0.002) < found.interval[1]
+
+
+def test_averages_at_other_distances_are_no_repeats() -> None:
+    """One average a stroke of one long test, all at the same loads: friction bends along the distance."""
+    rng = np.random.default_rng(0)
+    sd = 8.5 * np.arange(1, 99)
+    mu = 0.7 - 5e-5 * sd + 0.008 * np.sin(sd / 130.0) + 0.003 * rng.standard_normal(98)
+    names = [f"s{k:02d}" for k in range(98)]
+    strokes = pd.DataFrame({"test_id": names, "t": 0.0, "sigma_n": 2.0, "sd": sd, "mu": mu})
+    assert not [g for g in same_settings(prepare(strokes)) if np.ptp(sd[g]) > 30.0]
+    found = diagnose(strokes)
+    assert found.verdict == "unknown_structure" and "along sd" in found.sentence, found.sentence
+
+
 def test_the_answer_says_what_identifies_its_floor() -> None:
     loads = repeated(3, settings=9)
     found = diagnose(measured(loads, 0.12 - 1e-4 * loads["T"], 3))
