@@ -112,9 +112,13 @@ def _with_tests_beside(
 
     Raises InputError: there are two tables beside the files, or the one is no test table.
     """
-    home = Path(source) if isinstance(source, str | os.PathLike) and Path(source).is_dir() else None
-    home = home or measurement_files(files)[1]
-    beside = None if home is None else tests_beside(home)
+    homes = {file.parent for file in files}
+    folders = [
+        Path(source) if isinstance(source, str | os.PathLike) and Path(source).is_dir() else None,
+        measurement_files(files)[1],
+        homes.pop() if len(homes) == 1 else None,
+    ]
+    beside = next((found for home in folders if home and (found := tests_beside(home))), None)
     if beside is None or beside in files:
         return table, []
     known = read_tests(beside)

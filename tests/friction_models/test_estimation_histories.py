@@ -71,7 +71,7 @@ def test_a_law_of_the_past_is_predicted_on_unseen_tests(hidden: str) -> None:
         reference, base, folds = reference_of(campaign)
         law = plain(campaign, base, folds, reference.y)
         truth = campaign.average(data["hidden"].to_numpy())
-        error = reference.y - reference.out_of_fold(base, folds)
+        error = reference.y - reference.out_of_fold(base, folds)[0]
         noise = np.var(reference.y - truth)
         removed.append(1.0 - (np.var(error) - noise) / (np.var(reference.y - law) - noise))
     assert np.median(removed) > 0.9

@@ -111,3 +111,14 @@ def test_hardly_any_good_test_is_odd_and_planted_ones_are() -> None:
         lost += len(set(said) - set(wrong))
     assert lost <= 1
     assert found >= 19
+
+
+@pytest.mark.parametrize("beyond", [0.1, 0.5])
+def test_a_test_somewhat_beyond_all_others_is_odd_and_one_far_beyond_is_not(beyond: float) -> None:
+    """The hottest of 40 tests reads a third of the friction; how far it stands beyond the others, in parts of their range."""
+    data = measured(np.random.default_rng(0), tests=40, points=6, between=SCATTER)
+    hottest = data["T"] == data["T"].max()
+    others = data.loc[~hottest, "T"]
+    T = data["T"].mask(hottest, others.max() + beyond * (others.max() - others.min()))
+    data = data.assign(T=T, mu=data["mu"].where(~hottest, data["mu"] / 3.0))
+    assert odd_in(data) == (data.loc[hottest, "test_id"].unique().tolist() if beyond < 0.15 else [])

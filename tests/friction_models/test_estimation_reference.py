@@ -53,7 +53,7 @@ def test_a_hidden_product_is_predicted_on_unseen_tests() -> None:
         campaign, _ = campaign_of(seed, 0.006)
         reference, base, folds = reference_of(campaign)
         law = reference.y - plain(campaign, base, folds, reference.y)
-        error = reference.y - reference.out_of_fold(base, folds)
+        error = reference.y - reference.out_of_fold(base, folds)[0]
         # a perfect model would leave scatter and noise: what it could remove is the variance of the hidden part
         removed.append(1.0 - (np.var(error) - SCATTER**2) / (np.var(law) - SCATTER**2))
     assert np.median(removed) > 0.8
@@ -65,7 +65,7 @@ def test_where_nothing_is_hidden_it_is_no_better_than_the_line() -> None:
         campaign, _ = campaign_of(100 + seed, 0.0)
         reference, base, folds = reference_of(campaign)
         law = reference.y - plain(campaign, base, folds, reference.y)
-        error = reference.y - reference.out_of_fold(base, folds)
+        error = reference.y - reference.out_of_fold(base, folds)[0]
         assert np.mean(error**2) > 0.9 * np.mean(law**2)
         assert np.mean(error**2) < 1.15 * np.mean(law**2)
         worse += np.mean(error**2) > np.mean(law**2)
@@ -80,7 +80,7 @@ def test_metadata_in_words_is_followed() -> None:
     campaign = prepare(data.assign(mu=data["mu"] + data["test_id"].map(shift)), tests)
     reference, base, folds = reference_of(campaign)
     assert "operator" in reference.names
-    error = reference.y - reference.out_of_fold(base, folds)
+    error = reference.y - reference.out_of_fold(base, folds)[0]
     law = reference.y - plain(campaign, base, folds, reference.y)
     assert np.var(error) < 0.15 * np.var(law)
 
@@ -97,7 +97,7 @@ def with_names(seed: int, shifted: float) -> tuple[np.ndarray, np.ndarray]:
     found = []
     for tests in (known, known.assign(lot=drawn)):
         reference, base, folds = reference_of(prepare(data, tests))
-        found.append(reference.out_of_fold(base, folds))
+        found.append(reference.out_of_fold(base, folds)[0])
     return found[0], found[1]
 
 
@@ -117,12 +117,12 @@ def test_tests_that_are_predicted_anew_have_no_part_in_their_prediction(anew: bo
     """Exchanging what was measured in the tests of one fold must not change what the others say of them."""
     campaign, _ = campaign_of(3, 0.006)
     reference, base, folds = reference_of(campaign)
-    before = reference.out_of_fold(base, folds, anew=anew)
+    before = reference.out_of_fold(base, folds, anew=anew)[0]
     held = folds[campaign.test] == 1
     mu = campaign.mu.copy()
     mu[np.repeat(held, campaign.count.astype(int))] = mu[np.repeat(held, campaign.count.astype(int))][::-1]
     exchanged, base, folds = reference_of(replace(campaign, mu=mu))
-    after = exchanged.out_of_fold(base, folds, anew=anew)
+    after = exchanged.out_of_fold(base, folds, anew=anew)[0]
     assert (before[held] == pytest.approx(after[held], rel=1e-9)) is anew
 
 
@@ -151,7 +151,7 @@ def test_one_material_that_alone_feels_a_load_is_followed() -> None:
         campaign = half_a_factorial(seed)
         reference, base, folds = reference_of(campaign)
         law = reference.y - plain(campaign, base, folds, reference.y)
-        error = reference.y - reference.out_of_fold(base, folds)
+        error = reference.y - reference.out_of_fold(base, folds)[0]
         assert np.std(law) > 0.012
         assert np.std(error) < 0.0052  # scatter and noise of the averages alone: 0.0036
 
@@ -169,7 +169,7 @@ def test_the_gradient_of_the_criterion_is_that_of_its_values(monkeypatch: pytest
 
     monkeypatch.setattr(module, "minimize", look)
     reference, base, folds = reference_of(campaign)
-    reference.out_of_fold(base, folds)
+    reference.out_of_fold(base, folds)[0]
     assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-4, abs=1e-3)
 
 
@@ -183,7 +183,7 @@ def test_metadata_may_be_called_like_a_load(name: str) -> None:
         campaign = prepare(data, pd.DataFrame({"test_id": ids, column: random}))
         reference, base, folds = reference_of(campaign)
         assert reference.metadata == [column]
-        found.append(reference.out_of_fold(base, folds))
+        found.append(reference.out_of_fold(base, folds)[0])
     np.testing.assert_array_equal(*found)
 
 

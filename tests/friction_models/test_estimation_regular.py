@@ -79,6 +79,6 @@ def test_terms_that_say_the_same_change_no_prediction(sensor: float) -> None:
     reference = Reference(campaign, NoiseFloor(sensor, 0.002, 1e-5, 3.0, (0.0, 0.0), sensor), y)
     twice = np.column_stack([base, base, base @ np.arange(1.0, base.shape[1] + 1.0)])
     folds = np.arange(len(campaign.tests)) % 4
-    alone, both = reference.out_of_fold(base, folds), reference.out_of_fold(twice, folds)
+    alone, both = reference.out_of_fold(base, folds)[0], reference.out_of_fold(twice, folds)[0]
     np.testing.assert_allclose(both, alone, atol=0.01 * np.std(y))
     np.testing.assert_allclose(reference.surprise(twice), reference.surprise(base), atol=0.01)

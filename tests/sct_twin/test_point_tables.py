@@ -230,12 +230,14 @@ def test_a_table_read_again_keeps_what_was_said_of_its_tests(tmp_path: Path) -> 
     assert (data / "earlier" / "tests-002.csv").read_text() == said
 
 
-@pytest.mark.parametrize("given", ["folder", "one file", "both files"])
+@pytest.mark.parametrize("given", ["folder", "one file", "both files", "one file of a folder raw"])
 def test_a_table_of_tests_beside_the_points_says_what_is_known_of_them(given: str, tmp_path: Path) -> None:
-    points, beside = tmp_path / "points.csv", tmp_path / "tests.csv"
+    folder = tmp_path / "raw" if "raw" in given else tmp_path
+    folder.mkdir(exist_ok=True)
+    points, beside = folder / "points.csv", folder / "tests.csv"
     points.write_text("test_id,v_rel,mu\na,1,0.1\na,2,0.1\nb,1,0.2\nd,1,0.3\n")
     beside.write_text("test_id,batch,oil\nb,old,y\na,new,y\nc,old,y\n")
-    source = {"folder": tmp_path, "one file": points, "both files": [points, beside]}[given]
+    source = {"folder": tmp_path, "both files": [points, beside]}.get(given, points)
     found = read_point_tables(source, {"metadata": {"oil": "x"}})
     assert found.dataset.tests is not None
     # What the map says of the tests counts.

@@ -13,7 +13,7 @@ from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace, places_of
 from ...loads import FloatArray
 from .error_budget import BELIEVED, ErrorShares, error_shares
-from .unseen_tests import UnseenTests, errors_of_tests, mean_of
+from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests, mean_of
 
 #: Ways to divide the tests, where the reference alone says that something is missing.
 DIVISIONS = 4
@@ -24,7 +24,7 @@ class BesideReference:
 
     def __init__(self, campaign: BinnedTests, unseen: UnseenTests, found: SearchRound) -> None:
         self.campaign, self.unseen, self.found = campaign, unseen, found
-        self._flexible: dict[tuple[tuple[str, int], ...], FloatArray] = {}
+        self._flexible: dict[tuple[tuple[str, int], ...], tuple[FloatArray, FloatArray]] = {}
 
     @cached_property
     def reference(self) -> Reference:
@@ -33,30 +33,36 @@ class BesideReference:
 
     def shares(self, kept: Sequence[Fit], alone: float = BELIEVED) -> ErrorShares:
         """Return the budget of the model with effects; where nothing is named, what is missing is `alone` standard errors sure at least."""
-        beside = [[], kept] if kept else [[]]
-        known = [errors_of_tests(self.campaign, self.found.y - self._predicted(fits)) for fits in beside]
+        known = [self._errors(self._predicted(fits)[0]) for fits in ([[], kept] if kept else [[]])]
+        weighed = self._errors(self._predicted(kept)[1])
         needed = 1.0 if kept else alone
-        return error_shares(self.unseen.errors(), self.unseen.errors(effects_of(kept)), known, needed)
+        return error_shares(
+            self.unseen.errors(), self.unseen.errors(effects_of(kept)), known, weighed, needed
+        )
 
     def divided(self) -> ErrorShares:
         """Return the budget where nothing is named, on average over several ways to divide the tests: one alone is partly chance."""
         terms, unseen = self.found.columns_with([]), self.unseen
         more = (UnseenTests(unseen.campaign, unseen.base, unseen.seed + k) for k in range(1, DIVISIONS))
         ways = [unseen, *more]
-        flexible = [
-            self.found.y - self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways
-        ]
+        predicted = [self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways]
         base = mean_of([way.errors() for way in ways])
-        known = mean_of([errors_of_tests(self.campaign, r) for r in flexible])
-        return error_shares(base, base, [known], BELIEVED)
+        known, weighed = (mean_of([self._errors(p) for p in which]) for which in zip(*predicted, strict=True))
+        return error_shares(base, base, [known], weighed, BELIEVED)
 
     def places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""
         model = self.found.y - self.unseen.residual(effects_of(kept))
-        return places_of(self.campaign, self._predicted(kept) - model, self.reference.metadata)
+        return places_of(self.campaign, self._predicted(kept)[0] - model, self.reference.metadata)
 
-    def _predicted(self, kept: Sequence[Fit]) -> FloatArray:
-        """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
+    def _errors(self, predicted: FloatArray) -> ErrorsByTest:
+        return errors_of_tests(self.campaign, self.found.y - predicted)
+
+    def _predicted(self, kept: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
+        """Return what the reference beside the model and effects predicts of unseen tests, and they alone with its noise.
+
+        It is computed once for each set of effects.
+        """
         key = tuple(sorted((f.name, f.index) for f in kept))
         if key not in self._flexible:
             columns = self.found.columns_with(kept)

@@ -109,11 +109,16 @@ def likely(certain: float) -> float:
 
 
 def error_shares(
-    base: ErrorsByTest, named: ErrorsByTest, known: Sequence[ErrorsByTest], needed: float = 1.0
+    base: ErrorsByTest,
+    named: ErrorsByTest,
+    known: Sequence[ErrorsByTest],
+    weighed: ErrorsByTest,
+    needed: float = 1.0,
 ) -> ErrorShares:
     """Return the error budget of a model as it is, and with the effects that are named, beside other predictions of the same tests.
 
     What these predict better counts from so many standard errors on as `needed`: that something is missing at all has to be sure.
+    The model with the effects may predict better, too, where tests and points are `weighed` by their noise: that is no structure.
     One that errs in a test by more than the model does in any knows nothing of it, by however much: curves end where other tests
     do, and a single test beyond them would else hide what is known of all others.
     """
@@ -121,6 +126,8 @@ def error_shares(
     best, certainty, beyond = np.zeros(tests), 0.0, 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)
+        if (other := getattr(weighed, part)).mean() < own.mean():
+            own = other
         if part == "within" or tests >= LEAST_TESTS:
             for other in (np.minimum(getattr(k, part), own.max()) for k in known):
                 gain, certain = lead(own, other, named.setting)

@@ -81,12 +81,13 @@ class UnseenTestsJudge:
             verdict = "ambiguous"
         elif verdict == "ambiguous" and behind and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
-        where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
-        repeats = self._repeats(kept)
+        shares, repeats = self._beside_repeats(kept, shares)
+        if verdict == "data_problem" and shares.left > NOT_THE_ANSWER:
+            verdict, kept, rivals = "unknown_structure", [], ()
+            shares, repeats = self._beside_repeats(kept, self.beside.shares([], alone))
         if repeats is not None and repeats.lacks_fit:
-            low, high = repeats.interval
-            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
             verdict = _beyond_repeats(verdict, shares)
+        where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
         return Confirmation(
             verdict,
             kept,
@@ -175,6 +176,14 @@ class UnseenTestsJudge:
             return False
         places = self.beside.places(kept)
         return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
+
+    def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
+        """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""
+        repeats = self._repeats(kept)
+        if repeats is not None and repeats.lacks_fit:
+            low, high = repeats.interval
+            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
+        return shares, repeats
 
     def _repeats(self, kept: list[Fit]) -> Repeats | None:
         """Return the scatter of repeats, and whether settings differ by more than that beside what is named."""

@@ -30,6 +30,7 @@ from .settings import HELD, setting_of_tests, varies
 
 #: Share of what a load changes along the tests by which its means must differ from test to test to set them apart.
 LEVELS = 0.1
+APART = 10.0  # largest over smallest distance of averages from which on it is not the length of the tests that differs
 BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
 ALL_BINS = 2100  # of a campaign, about
@@ -49,8 +50,8 @@ class BinnedTests:
     count: FloatArray  #: Points in each bin, shape (m,).
     test: npt.NDArray[np.intp]  #: Test of each bin, shape (m,).
     slot: npt.NDArray[np.intp]  #: Number of the bin within its test, shape (m,).
-    #: Sliding distance since the start of the test [mm], of averages the recorded one; counts of points where it does not vary.
-    #: Shape (n,).
+    #: Sliding distance since the start of the test [mm], of averages far apart the recorded one; counts of points where it does
+    #: not vary. Shape (n,).
     distance: FloatArray
     #: Metadata of the tests that is recorded for every test, as numbers, each of shape (n, 1).
     system: dict[str, FloatArray] = field(default_factory=dict)
@@ -256,9 +257,12 @@ def _remarks(campaign: BinnedTests) -> list[str]:
 def _progress(
     loads: TriboLoads, point_starts: npt.NDArray[np.intp], bins: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how far each point is within its test, 0 to 1, and its distance since the start: of averages, where they stand."""
+    """Return how far each point is within its test, 0 to 1, and its distance since the start.
+
+    Averages stand at distances of their own where these are far apart; else theirs is half the length of the test.
+    """
     progress, distance = np.empty(len(loads)), np.empty(len(loads))
-    if len(loads) == len(point_starts):
+    if len(loads) == len(point_starts) and loads.sd.max() > APART * max(float(loads.sd.min()), 0.0) > 0.0:
         return np.zeros(len(loads)), loads.sd
     for a, b in zip(point_starts, np.r_[point_starts[1:], len(loads)], strict=True):
         sd = np.maximum.accumulate(loads.sd[a:b]) - loads.sd[a]

@@ -13,7 +13,7 @@ from ...loads.splits import Mask
 from ..campaign.binning import BinnedTests
 from ..campaign.curves import on_scale
 from ..campaign.metadata import MOST_LEVELS, is_text
-from ..campaign.settings import SAME_SETTING, WARMS, Indexes, in_units
+from ..campaign.settings import WARMS, Indexes, in_units
 from .layout import Layout
 from .noise_floor import NoiseFloor, estimate
 from .reference import Reference
@@ -26,6 +26,9 @@ EFFICIENCY = 0.37
 MOST_ODD = 0.06
 #: With fewer tests no one can say which of them is odd.
 LEAST_TESTS = 12
+#: A test farther beyond the others than this share of the range of a load is out of their reach; nearer, it is only the less certain
+#: what they say (`Reference.surprise`).
+BEYOND = 0.15
 #: Fits without the tests that the one before found far off, at most.
 ROUNDS = 6
 #: With fewer tests, a level of metadata has no scatter of its own; that around a test is seen in so many nearest ones.
@@ -125,11 +128,12 @@ def _of_levels(off: FloatArray, levels: list[Indexes]) -> list[FloatArray]:
 
 
 def _reached(campaign: BinnedTests, kept: Mask, levels: list[Indexes]) -> Mask:
-    """Return which tests lie within the loads of those that are kept, about, and share their levels of metadata."""
+    """Return which tests lie within the loads of those that are kept, or not far beyond, and share their levels of metadata."""
     inside = np.ones(len(kept), dtype=bool)
     for name, mean in campaign.levels.items():
-        z = on_scale(name, mean)
-        margin = SAME_SETTING * float(np.ptp(z))
+        # far below all speeds, where contacts stick, a step on the scale of the curves is small
+        z = np.log(np.maximum(mean, 1e-9 * mean.max())) if name == "v_rel" else on_scale(name, mean)
+        margin = BEYOND * float(np.ptp(z))
         inside &= (z >= z[kept].min() - margin) & (z <= z[kept].max() + margin)
     for level in levels:
         inside &= np.isin(level, level[kept])

@@ -30,13 +30,17 @@ MOST_TESTS = 200
 
 
 class _Prepared(NamedTuple):
-    """The least-squares problem of a reference: rows and target in units of the noise, the rows as they are, the prior."""
+    """The least-squares problem of a reference: rows and target in units of the noise, the rows as they are, the prior.
+
+    The first columns, as many as are `free`, are terms without a prior.
+    """
 
     rows: FloatArray
     target: FloatArray
     plain: FloatArray
     precision: FloatArray
     offset: float
+    free: int
 
 
 class Reference:
@@ -62,28 +66,23 @@ class Reference:
 
     def out_of_fold(
         self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp], anew: bool = False
-    ) -> FloatArray:
-        """Return what the tests of the other folds say of mu in each bin, shape (m,).
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return what the tests of the other folds say of mu in each bin, shape (m,), with the curves and by the terms alone.
 
-        `terms`, shape (m, p), are columns with free coefficients beside the curves: base and effects. With `anew` the prior
-        variances of each fold come from the other folds, too: it takes as many times longer as there are folds, but from all
-        tests they know a little of those that are predicted.
+        `terms`, shape (m, p), are columns with free coefficients beside the curves: base and effects. Both weigh tests and points
+        by the same noise. With `anew` the prior variances of each fold come from the other folds, too: it takes as many times
+        longer as there are folds, but from all tests they know a little of those that are predicted.
         """
         fold = fold_of_test[self.campaign.test]
-        predicted, folds = np.empty(len(self.y)), np.unique(fold)
-        if anew:
-            for k in folds:
-                part = self._prepared(terms, fold != k)
-                predicted[fold == k] = part.plain[fold == k] @ _solved(part, *_normal(part, fold != k))
-            return predicted
-        part = self._prepared(terms)
-        normal = [_normal(part, fold == k) for k in folds]
-        grams, scores = np.array([g for g, _ in normal]), np.array([s for _, s in normal])
-        for k in folds:
-            others = folds != k
-            b = _solved(part, grams[others].sum(axis=0), scores[others].sum(axis=0))
-            predicted[fold == k] = part.plain[fold == k] @ b
-        return predicted
+        whole = None if anew else self._prepared(terms)
+        predicted, alone = np.empty(len(self.y)), np.empty(len(self.y))
+        for k in np.unique(fold):
+            part = self._prepared(terms, fold != k) if whole is None else whole
+            gram, score = _normal(part, fold != k)
+            for values, n in ((predicted, len(gram)), (alone, part.free)):
+                b = _solved(part.precision[:n], gram[:n, :n], score[:n])
+                values[fold == k] = part.plain[fold == k, :n] @ b
+        return predicted, alone
 
     def surprise(self, terms: FloatArray, left_out: Mask | None = None) -> FloatArray:
         """Return how far the mean of each test lies from what all others say, in standard deviations, shape (tests,).
@@ -96,7 +95,7 @@ class Reference:
         seen = ~out[self.campaign.test]
         part = self._prepared(terms, seen)
         rows, target = part.rows * seen[:, None], part.target * seen
-        factor = _root(part, rows.T @ rows)
+        factor = _root(part.precision, rows.T @ rows)
         b = cho_solve(factor, rows.T @ target)
         left = target - rows @ b
         means = self._means(np.column_stack([part.plain, self.y]))
@@ -137,7 +136,8 @@ class Reference:
         precision, offset, noise = variances.split(theta)
         apart, root = _decorrelated(self._white[:, 0], offset / noise, self._starts), np.sqrt(noise)
         plain = np.column_stack([terms, *(c.columns for c in self.curves)])
-        return _Prepared(apart(rows) / root, apart(self._white[:, 1]) / root, plain, precision, offset)
+        white = apart(rows) / root, apart(self._white[:, 1]) / root
+        return _Prepared(*white, plain, precision, offset, terms.shape[1])
 
     def _some(self, seen: Mask) -> Mask:
         """Return the bins of tests that were seen; of many tests, of as many as are enough, taken evenly."""
@@ -159,13 +159,13 @@ def _normal(part: _Prepared, chosen: Mask) -> tuple[FloatArray, FloatArray]:
     return rows.T @ rows, rows.T @ part.target[chosen]
 
 
-def _root(part: _Prepared, gram: FloatArray) -> tuple[FloatArray, bool]:
+def _root(precision: FloatArray, gram: FloatArray) -> tuple[FloatArray, bool]:
     """Return the root of the posterior precision, as `cho_solve` takes it: terms that say the same make it all but singular."""
-    return regular_root(gram + np.diag(part.precision)), True
+    return regular_root(gram + np.diag(precision)), True
 
 
-def _solved(part: _Prepared, gram: FloatArray, score: FloatArray) -> FloatArray:
-    return np.asarray(cho_solve(_root(part, gram), score))
+def _solved(precision: FloatArray, gram: FloatArray, score: FloatArray) -> FloatArray:
+    return np.asarray(cho_solve(_root(precision, gram), score))
 
 
 def _decorrelated(

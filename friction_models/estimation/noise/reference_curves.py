@@ -20,6 +20,8 @@ PLACES = 6
 DISTANCE_PLACES = 8
 #: Distance, in standard deviations of a load, over which a curve keeps its value.
 REACH, DISTANCE_REACH = 0.8, 0.4
+#: Places along a load, distance, and share of the variance of what bends within a short distance.
+WAVY_PLACES, WAVY_REACH, WAVES = 14, 0.25, 0.2
 #: Directions of each of two curves that their product uses.
 IN_PRODUCTS = 3
 #: The same where one of them runs along metadata; of so many columns of metadata, those with the fewest levels first.
@@ -55,9 +57,7 @@ def reference_curves(
         along = name == "sd"
         values = transformed(campaign, name)
         names.append("distance" if along else name)
-        columns.append(
-            _smooth(values, DISTANCE_PLACES if along else PLACES, DISTANCE_REACH if along else REACH)
-        )
+        columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH) if along else _wavy(values))
         means.append(level(values))
     if "distance" not in names and not campaign.averaged:  # the number of the point, then
         distance = np.sqrt(campaign.average(campaign.distance))
@@ -102,6 +102,19 @@ def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:
     kernel = np.exp(-0.5 * ((at[:, None] - at[None, :]) / reach) ** 2) + 1e-6 * np.eye(len(at))
     root = np.linalg.inv(np.linalg.cholesky(kernel))
     return np.column_stack([z, np.exp(-0.5 * ((z[:, None] - at[None, :]) / reach) ** 2) @ root.T])
+
+
+def _wavy(values: FloatArray) -> FloatArray:
+    """Return columns of smooth curves that may be a little wavy, too."""
+    z = (values - values.mean()) / max(float(values.std()), 1e-300)
+    at = np.unique(np.quantile(z, np.linspace(0.0, 1.0, WAVY_PLACES)).round(9))
+
+    def kernel(a: FloatArray, b: FloatArray) -> FloatArray:
+        square = -0.5 * (a[:, None] - b[None, :]) ** 2
+        return np.asarray((1.0 - WAVES) * np.exp(square / REACH**2) + WAVES * np.exp(square / WAVY_REACH**2))
+
+    root = np.linalg.inv(np.linalg.cholesky(kernel(at, at) + 1e-6 * np.eye(len(at))))
+    return np.column_stack([z, kernel(z, at) @ root.T])
 
 
 def _leading(columns: FloatArray) -> FloatArray:

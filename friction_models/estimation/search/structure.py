@@ -24,6 +24,8 @@ from .significance import null_noise
 REPLICATES = 399
 #: A surface over two loads must follow this much more of a difference than a curve along one of them, both adjusted for their columns.
 INTERACTION = 0.15
+#: Places at which curves may bend, that are fitted to measurements, and to what the reference, which may be wavy, predicts otherwise.
+KNOTS, WAVY_KNOTS = 3, 5
 #: Metadata with so few values are levels, whatever lies between them.
 MOST_LEVELS_APART = 4
 #: Places that are told of a difference of two predictions.
@@ -144,7 +146,7 @@ def places_of(campaign: BinnedTests, difference: FloatArray, metadata: Sequence[
     mean = float(campaign.count @ difference / campaign.count.sum())
     target = root * (difference - mean)
     whole = max(float(target @ target), 1e-300)
-    curves = _curves(campaign)
+    curves = _curves(campaign, WAVY_KNOTS)
     levels = campaign.of_tests(difference)[campaign.test] - mean
     # tests are as many numbers as a difference from test to test has; one along the tests has more
     numbers = min(len(campaign.tests) * whole / max(float(campaign.count @ levels**2), 1e-300), len(target))
@@ -192,8 +194,8 @@ def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:
     return curve(values, 1)
 
 
-def _curves(campaign: BinnedTests) -> dict[str, FloatArray]:
-    return {n: curve(values, 3) for n, values in scaled_loads(campaign).items()}
+def _curves(campaign: BinnedTests, knots: int = KNOTS) -> dict[str, FloatArray]:
+    return {n: curve(values, knots) for n, values in scaled_loads(campaign).items()}
 
 
 def _with_products(a: FloatArray, b: FloatArray) -> FloatArray:

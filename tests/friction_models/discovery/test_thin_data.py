@@ -282,7 +282,7 @@ def test_tests_that_do_not_rule_an_effect_out_say_which_would(
     points, tests = made(rows, "T", 2)
     scatter = np.random.default_rng(11).normal(0.0, 0.0015, len(rows))
     points["mu"] += points["test_id"].map(dict(zip(tests["test_id"], scatter, strict=True)))
-    points["mu"] += 0.03 / (1.0 + (points["v_rel"] / 30.0) ** 2)
+    points["mu"] += 0.01 / (1.0 + (points["v_rel"] / 30.0) ** 2)
     points.to_csv(tmp_path / "points.csv", index=False)
     tests.to_csv(tmp_path / "tests.csv", index=False)
     assert (

@@ -206,9 +206,10 @@ def test_what_is_left_beside_a_name_grows_with_its_certainty() -> None:
     for certain in (0.5, 1.5, 2.2, 2.4, 8.0):
         better = named - 1.0 - (gain - gain.mean()) / gain.std(ddof=1) * np.sqrt(40) / certain
         known = [ErrorsByTest(better, nothing)]
-        shares = error_shares(base, ErrorsByTest(named, nothing), known)
+        model = ErrorsByTest(named, nothing)
+        shares = error_shares(base, model, known, model)
         assert shares.missing == pytest.approx(likely(certain)) and shares.believed == (certain > BELIEVED)
-        alone = error_shares(ErrorsByTest(named, nothing), ErrorsByTest(named, nothing), known, BELIEVED)
+        alone = error_shares(model, model, known, model, BELIEVED)
         assert (alone.missing > 0.0) == (certain > BELIEVED)
         left.append(shares.left)
     assert left[0] == 0.0 and np.all(np.diff(left) > 0.0) and left[3] - left[2] < 0.02
@@ -221,10 +222,20 @@ def test_one_test_beyond_all_others_does_not_hide_what_is_known_of_them() -> Non
     known = 0.5 * own
     known[3] = 1000.0
     model = ErrorsByTest(own, nothing)
-    shares = error_shares(model, model, [ErrorsByTest(known, nothing)], BELIEVED)
+    shares = error_shares(model, model, [ErrorsByTest(known, nothing)], model, BELIEVED)
     assert shares.believed and shares.missing > 0.45 * shares.base
     known[3:30] = 1000.0
-    assert error_shares(model, model, [ErrorsByTest(known, nothing)], BELIEVED).missing == 0.0
+    assert error_shares(model, model, [ErrorsByTest(known, nothing)], model, BELIEVED).missing == 0.0
+
+
+def test_structure_is_what_curves_predict_beyond_the_same_law_with_the_same_weights() -> None:
+    """The law, fitted so that tests weigh as much as they know, predicts as well as the curves do: nothing bends."""
+    rng = np.random.default_rng(3)
+    refitted, nothing = ErrorsByTest(4.0 + rng.random(40), np.zeros(40)), np.zeros(40)
+    weighed = ErrorsByTest(refitted.between - 1.0 - rng.random(40), nothing)
+    curves = ErrorsByTest(weighed.between + 0.1 * rng.normal(size=40), nothing)
+    assert error_shares(refitted, refitted, [curves], refitted, BELIEVED).missing > 1.2
+    assert error_shares(refitted, refitted, [curves], weighed, BELIEVED).missing == 0.0
 
 
 def test_folds_hold_every_test_once() -> None:
