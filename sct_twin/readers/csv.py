@@ -84,6 +84,11 @@ def _parsed(file: Path, layout: TextLayout, rows: int) -> pd.DataFrame:
         if "on source failed" in str(error):
             # Nothing failed inside of a read: an interrupt came between two of them.
             raise KeyboardInterrupt from None
+        if isinstance(error, UnicodeDecodeError):
+            raise InputError(
+                f"{file}: byte {error.object[error.start]:#04x} is none of the encoding {layout.encoding}; allowed: UTF-8, UTF-16 "
+                "with a byte order mark, or Windows-1252: save the file as UTF-8"
+            ) from None
         wide = _TOO_WIDE.search(str(error))
         if wide is not None:
             raise other_width(file, layout.start + int(wide[2]), int(wide[3]), int(wide[1])) from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,8 @@ TABLE_ROWS = 10
 #: A block of so many rows is the table: what follows is not compared with it.
 _ENOUGH_ROWS = 200
 DELIMITERS = "\t;,"
+#: A number with a decimal comma, blanks, and another one.
+_BETWEEN_NUMBERS = re.compile(r"\d,\d+[ ]+[-+]?\d+,\d")
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class _Block:
 def text_layout(file: Path) -> TextLayout:
     """Find the densest block of rows of numbers, and names and units above it.
 
-    Raises InputError: binary content, no delimiter, no numbers, or two tables.
+    Raises InputError: binary content, no delimiter or blanks, no numbers, or two tables.
     """
     with file.open("rb") as stream:
         raw = stream.read(HEAD_BYTES)
@@ -71,6 +74,11 @@ def text_layout(file: Path) -> TextLayout:
         raise InputError(f"{file}: the file is blank; allowed: a header, a units row and rows of numbers")
     block = _table(lines, file)
     delimiter = block.delimiter
+    if delimiter == "," and _BETWEEN_NUMBERS.search(lines[block.first]):
+        raise InputError(
+            f"{file}: line {block.first + 1}, {lines[block.first].strip()[:60]!r}, has blanks between numbers with decimal commas; "
+            "allowed: columns separated by comma, semicolon or tab"
+        )
     rows = [cells(line, delimiter) for line in lines[block.first : block.last + 1]]
     numbered = [k for k in range(block.width) if any(k < len(row) and is_numeral(row[k]) for row in rows)]
     above = [cells(line, delimiter) for line in lines[: block.first]]

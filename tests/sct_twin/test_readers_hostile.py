@@ -182,6 +182,8 @@ def test_parts_of_a_workbook_that_lie_about_their_size(tmp_path: Path) -> None:
         ("a.tdms", b"a,b\n1,2\n", "not that of a TDMS file"),
         ("a.parquet", b"PAR1" + bytes(600) + b"PAR1", "not a readable Parquet file"),
         ("a.csv", bytes(range(256)) * 4, "binary content"),
+        ("a.csv", b"  t  F\n" + b"  0,02  -1,5\n" * 9, "blanks between numbers with decimal commas"),
+        ("a.csv", b"t,\x8e\x9e\x8d\n" + b"1,2\n" * 9, "byte 0x8d is none of the encoding cp1252"),
     ],
 )
 def test_one_sentence(tmp_path: Path, name: str, content: bytes, message: str) -> None:

