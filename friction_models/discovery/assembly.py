@@ -7,7 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..common.errors import shown
+from ..effects import Batch
 from ..estimation.campaign.binning import BinnedTests
+from ..estimation.campaign.factors import labels_of
 from ..estimation.fit.parameters import FittedTerm, fit_terms
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
@@ -160,7 +163,7 @@ def assemble(
         warnings=warnings,
         model=base.name,
         bias=binned_bias(campaign, usual, after),
-        parameters={term.name: _parameters(term) for term in fitted.terms},
+        parameters={term.name: _parameters(campaign, term) for term in fitted.terms},
         named={term.name: term.effect for term in fitted.terms},
         threshold=found.significance.needed(LEVEL),
         averages=averages(campaign, usual, usual if after is None else after, fitted.terms),
@@ -235,7 +238,7 @@ def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:
     ]
 
 
-def _parameters(term: FittedTerm) -> FittedEffect:
+def _parameters(campaign: BinnedTests, term: FittedTerm) -> FittedEffect:
     effect, values = term.effect, {**term.amplitudes, **term.shape}
     found: dict[str, ParameterValue] = {}
     units = {p.name: p.unit for p in effect.amplitudes} | {p.name: p.unit for p in effect.shapes}
@@ -243,4 +246,9 @@ def _parameters(term: FittedTerm) -> FittedEffect:
         found[name] = {"value": values[name], "unit": unit}
         if name in term.intervals:
             found[name]["interval"] = list(term.intervals[name])
-    return {"equation": effect.equation, "values": found}
+    # a factor says its labels itself
+    batches = labels_of(campaign, Batch.name) if effect.name == Batch.name else []
+    numbered = (
+        f" ({shown(', '.join(f'{k} = {label}' for k, label in enumerate(batches)))})" if batches else ""
+    )
+    return {"equation": effect.equation + numbered, "values": found}

@@ -264,7 +264,7 @@ def test_bytes_behind_the_beginning_that_are_no_text(tmp_path: Path) -> None:
     write_plain(path, pd.concat([FRAME] * 200), UNITS)
     content = path.read_bytes()
     path.write_bytes(content + b"0.1,\xff\xfe,0.2\n")
-    assert "late.csv: not a readable table ('utf-8' codec can't decode byte 0xff" in sentence(path)
+    assert "late.csv: byte 0xff is none of the encoding utf-8" in sentence(path)
 
 
 def test_other_encodings_and_delimiters(tmp_path: Path) -> None:

@@ -52,7 +52,7 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
             alike.append(f"{name} with {same[0]}")
             continue
         columns[name] = values
-        found.append(scanned_factor(name, _labels(campaign, name) if text else []))
+        found.append(scanned_factor(name, labels_of(campaign, name)))
     notes = [f"columns of the test table that are no factors, as they go with others: {', '.join(alike)}"]
     if len(found) > MOST_COLUMNS:
         notes.append(
@@ -61,9 +61,9 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
     return found[:MOST_COLUMNS], notes[0 if alike else 1 :]
 
 
-def _labels(campaign: BinnedTests, name: str) -> list[str]:
-    """Return the texts of a column in the order of their numbers."""
-    values = campaign.loads.context_column(name)
+def labels_of(campaign: BinnedTests, name: str) -> list[str]:
+    """Return the texts of a column of the test table in the order of their numbers; none where it holds numbers."""
+    values = campaign.loads.context_column(name) if is_text(campaign.loads, name) else None
     return [] if values is None else sorted({str(v) for v in values[campaign.point_starts] if not pd.isna(v)})
 
 

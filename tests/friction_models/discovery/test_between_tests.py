@@ -42,6 +42,7 @@ def test_a_batch_far_apart_hides_neither_itself_nor_what_temperature_does(seed: 
     warm = 0.03 / (1.0 + (data["T"] / 70.0) ** 2)
     answer = diagnose(data.assign(mu=data["mu"] + shift + warm), tests)
     assert answer.effects[:1] == ["batch"], answer.sentence
+    assert "where batch = deviating, else 0 (0 = A, 1 = B)" in answer.report()
     told = {*answer.effects, *answer.confusion_set}
     assert told & {"thermal_softening", "thermal_breakdown", "twin_heating"}, answer.sentence
     assert answer.error_budget["floor"] < 0.001
