@@ -137,7 +137,7 @@ def refine(
     """Add physical effects to a model, refit everything together and save the new model.
 
     The addition is judged by whole tests that the fit did not see: those held out, else by cross-validation. An
-    addition that makes them worse is refused. Every round is kept with the model and shown.
+    addition that clearly makes them worse is refused. Every round is kept with the model and shown.
     """
     from friction_models import evaluate
     from friction_models.discovery import refine as improve
