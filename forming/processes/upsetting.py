@@ -31,8 +31,8 @@ class Upsetting(FormingProcess):
     """Compression of a cylinder or a ring between a flat plate and a flat punch.
 
     The mesh is a grid that moves with the material: where the side folds onto the tools it carries further than
-    meshes that are replaced, and contact changes less. Its elements are smaller towards faces and side. The parameters of speed, heat, material and
-    markers are described in `StepwiseProcess`.
+    meshes that are replaced, and contact changes less. Its elements are smaller towards faces and side. The
+    parameters of speed, heat, material and markers are described in `StepwiseProcess`.
 
     Parameters
     ----------

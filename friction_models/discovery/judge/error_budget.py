@@ -126,8 +126,8 @@ def error_shares(
     best, certainty, beyond = np.zeros(tests), 0.0, 0.0
     for part in ("between", "within"):
         least = own = getattr(named, part)
-        if (other := getattr(weighed, part)).mean() < own.mean():
-            own = other
+        if (better := getattr(weighed, part)).mean() < own.mean():
+            own = better
         if part == "within" or tests >= LEAST_TESTS:
             for other in (np.minimum(getattr(k, part), own.max()) for k in known):
                 gain, certain = lead(own, other, named.setting)
