@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..common.errors import shown
 from ..effects import Batch
+from ..effects.metadata.factor import numbered
 from ..estimation.campaign.binning import BinnedTests
 from ..estimation.campaign.factors import labels_of
 from ..estimation.fit.parameters import FittedTerm, fit_terms
@@ -248,7 +248,5 @@ def _parameters(campaign: BinnedTests, term: FittedTerm) -> FittedEffect:
             found[name]["interval"] = list(term.intervals[name])
     # a factor says its labels itself
     batches = labels_of(campaign, Batch.name) if effect.name == Batch.name else []
-    numbered = (
-        f" ({shown(', '.join(f'{k} = {label}' for k, label in enumerate(batches)))})" if batches else ""
-    )
-    return {"equation": effect.equation + numbered, "values": found}
+    said = f" ({numbered(batches)})" if batches else ""
+    return {"equation": effect.equation + said, "values": found}

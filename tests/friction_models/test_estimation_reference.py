@@ -169,7 +169,7 @@ def test_the_gradient_of_the_criterion_is_that_of_its_values(monkeypatch: pytest
 
     monkeypatch.setattr(module, "minimize", look)
     reference, base, folds = reference_of(campaign)
-    reference.out_of_fold(base, folds)[0]
+    reference.out_of_fold(base, folds)
     assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-4, abs=1e-3)
 
 

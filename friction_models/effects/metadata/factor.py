@@ -134,10 +134,20 @@ def scanned_factor(column: str, labels: Sequence[str]) -> Factor:
     """
     if not labels:
         return _declared(column, (), _LINEAR.format(column), Factor.shapes[1:])()
-    numbered = shown(", ".join(f"{k} = {label}" for k, label in enumerate(labels)))
     return _declared(
-        column, (), f"mu += c where {column} = deviating ({numbered}), else 0", Factor.shapes[:1]
+        column, (), f"mu += c where {column} = deviating ({numbered(labels)}), else 0", Factor.shapes[:1]
     )()
+
+
+def numbered(labels: Sequence[str]) -> str:
+    """Return which label is which number.
+
+    Examples
+    --------
+    >>> numbered(["anna", "bert"])
+    '0 = anna, 1 = bert'
+    """
+    return shown(", ".join(f"{k} = {label}" for k, label in enumerate(labels)))
 
 
 @cache

@@ -57,7 +57,11 @@ def reference_curves(
         along = name == "sd"
         values = transformed(campaign, name)
         names.append("distance" if along else name)
-        columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH) if along else _wavy(values))
+        columns.append(
+            _smooth(values, DISTANCE_PLACES, DISTANCE_REACH)
+            if along
+            else _smooth(values, WAVY_PLACES, REACH, WAVES)
+        )
         means.append(level(values))
     if "distance" not in names and not campaign.averaged:  # the number of the point, then
         distance = np.sqrt(campaign.average(campaign.distance))
@@ -95,26 +99,21 @@ def reference_curves(
     return names, found, range(first, len(names))
 
 
-def _smooth(values: FloatArray, places: int, reach: float) -> FloatArray:
-    """Return columns whose random combinations are smooth curves of variance about one, and a straight line."""
+def _smooth(values: FloatArray, places: int, reach: float, waves: float = 0.0) -> FloatArray:
+    """Return columns whose random combinations are smooth curves of variance about one, and a straight line.
+
+    The share `waves` of the variance bends within `WAVY_REACH`.
+    """
     z = (values - values.mean()) / max(float(values.std()), 1e-300)
     at = np.unique(np.quantile(z, np.linspace(0.0, 1.0, places)).round(9))
-    kernel = np.exp(-0.5 * ((at[:, None] - at[None, :]) / reach) ** 2) + 1e-6 * np.eye(len(at))
-    root = np.linalg.inv(np.linalg.cholesky(kernel))
-    return np.column_stack([z, np.exp(-0.5 * ((z[:, None] - at[None, :]) / reach) ** 2) @ root.T])
 
+    def kernel(a: FloatArray) -> FloatArray:
+        apart = a[:, None] - at[None, :]
+        smooth, wavy = (np.exp(-0.5 * (apart / r) ** 2) for r in (reach, WAVY_REACH))
+        return np.asarray((1.0 - waves) * smooth + waves * wavy)
 
-def _wavy(values: FloatArray) -> FloatArray:
-    """Return columns of smooth curves that may be a little wavy, too."""
-    z = (values - values.mean()) / max(float(values.std()), 1e-300)
-    at = np.unique(np.quantile(z, np.linspace(0.0, 1.0, WAVY_PLACES)).round(9))
-
-    def kernel(a: FloatArray, b: FloatArray) -> FloatArray:
-        square = -0.5 * (a[:, None] - b[None, :]) ** 2
-        return np.asarray((1.0 - WAVES) * np.exp(square / REACH**2) + WAVES * np.exp(square / WAVY_REACH**2))
-
-    root = np.linalg.inv(np.linalg.cholesky(kernel(at, at) + 1e-6 * np.eye(len(at))))
-    return np.column_stack([z, kernel(z, at) @ root.T])
+    root = np.linalg.inv(np.linalg.cholesky(kernel(at) + 1e-6 * np.eye(len(at))))
+    return np.column_stack([z, kernel(z) @ root.T])
 
 
 def _leading(columns: FloatArray) -> FloatArray:

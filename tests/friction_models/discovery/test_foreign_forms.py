@@ -200,8 +200,8 @@ def test_tests_that_scatter_around_the_law_of_the_model_lack_nothing(seed: int) 
     a, b, c = rng.normal(0.0, 0.01, 3)
 
     def law(v: Array, T: Array, p: Array) -> Array:
-        x, y, z = np.log(v) / 2.5 - 1.0, T / 120.0 - 1.0, p / 550.0 - 1.0
-        return np.asarray(0.1 + a * x * 0.0 + b * y + c * z + 0.5 * a * y * z)
+        y, z = T / 120.0 - 1.0, p / 550.0 - 1.0
+        return np.asarray(0.1 + b * y + c * z + 0.5 * a * y * z)
 
     found = diagnose(in_random_plan(seed, law, 0.05), model="polynomial")
     assert found.verdict == "nothing_missing", found.sentence
