@@ -99,9 +99,3 @@ def measure_refinement(module: Any, diagnosis: Any, answer: Answer, campaign: Ca
         # Bounded below, so that a prediction that is not finite still counts.
         out["removed"] = max(1.0 - (after - floor) / gain, -10.0)
     return out
-    worse = out["rms_refined"] - out["rms_base"]
-    out["harms"] = bool(worse > max(HARM_SHARE * out["rms_base"], HARM_SIZE * size))
-    if out["avoidable"]:
-        # Bounded below, so that a prediction that is not finite still counts.
-        out["removed"] = max(1.0 - (out["rms_refined"] - out["rms_floor"]) / gain, -10.0)
-    return out

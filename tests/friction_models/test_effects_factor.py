@@ -98,6 +98,17 @@ def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range,
     assert float(np.mean(found)) == pytest.approx(0.012, abs=0.002)
 
 
+def test_oils_that_all_differ_are_named_with_sixteen_tests() -> None:
+    # no oil stands apart from all others; the spread of the four is six times the scatter from test to test
+    named = 0
+    for seed in range(8):
+        data, tests = campaign(seed, 16)
+        tests["oil"] = [f"oil {'ABCD'[k // 2 % 4]}" for k in range(len(tests))]
+        offset = {"oil A": 0.012, "oil B": 0.004, "oil C": -0.004, "oil D": -0.012}
+        named += diagnose(shifted(data, tests, tests["oil"].map(offset)), tests).effects == ["factor:oil"]
+    assert named >= 5
+
+
 @pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
 def test_a_number_that_shifts_friction_linearly_is_named(seeds: range, wrong: int) -> None:
     answers = [answer_of(damp_days, seed) for seed in seeds]

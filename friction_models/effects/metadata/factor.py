@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import combinations
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,14 +19,16 @@ from ..parameters import Amplitude, ShapeParameter, Spans
 from .batch import MOST
 
 PREFIX = "factor:"
+#: Texts of at most so many levels are also split into two groups of several levels.
+SPLIT = 5
 _LINEAR = "mu += c * ({} - centre)/scale"
 
 
 class Factor(Effect):
     """Whole tests differ with one column of the test table; `factor_effect` makes the class of a column.
 
-    Texts are levels. `diagnose` looks for one that deviates from all others by ``c``, as a batch does (`Batch`). A fit
-    (`with_levels`) gives each level an offset of its own, drawn towards zero by the scatter within levels over that between
+    Texts are levels. `diagnose` looks for one that deviates from all others by ``c``, as a batch does (`Batch`), and among few
+    levels (`SPLIT`) for two groups that lie apart by ``c``. A fit (`with_levels`) gives each level an offset of its own, drawn towards zero by the scatter within levels over that between
     them: the more, the fewer tests it has. A level that the training did not hold has the offset 0, the mean of the levels.
 
     Numbers act linearly, ``c * (value - centre) / scale``: `centre` is the middle of the training range and `scale` half of
@@ -48,6 +51,8 @@ class Factor(Effect):
     kind = "system"
     #: Labels of the levels, where each has an offset.
     labels: ClassVar[tuple[str, ...]] = ()
+    #: Levels that deviate together; the first ones are single levels. None where any level may be fixed.
+    groups: ClassVar[tuple[tuple[int, ...], ...]] = ()
     #: What the class was made of.
     declared_by: ClassVar[tuple[Any, ...]]
 
@@ -64,7 +69,7 @@ class Factor(Effect):
             return self
         if column not in levels:
             return scanned_factor(column, [])
-        return _declared(column, tuple(levels[column]), "", ())()
+        return _declared(column, tuple(levels[column]), "", (), ())()
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
         """Return every level of the data, each may be the one that deviates; or middle and half range of numbers."""
@@ -77,7 +82,8 @@ class Factor(Effect):
         }
         if f"numbers:{column}" not in spans:
             levels = tuple(spans.get(f"levels:{column}", (1.0,)))[:MOST]
-            values = {"deviating": levels, "centre": (0.0,), "scale": (0.0,)}
+            several = tuple(float(k) for k, group in enumerate(self.groups) if len(group) > 1)
+            values = {"deviating": levels + several, "centre": (0.0,), "scale": (0.0,)}
         values |= {n: (v,) for n, v in self.fixed.items()}
         return {s.name: np.array(values[s.name]) for s in self.shapes}
 
@@ -85,6 +91,17 @@ class Factor(Effect):
         value = context.system[self.metadata[0]] + 0.0 * L.sd
         if self.pooled:
             return tuple(x.relu(1.0 - x.abs(value - float(k))) for k in range(len(self.labels)))
+        if self.groups:
+            parts = [
+                x.relu(1.0 - x.abs(value - float(level)))
+                * sum(
+                    x.relu(1.0 - x.abs(p["deviating"] - float(k)))
+                    for k, g in enumerate(self.groups)
+                    if level in g
+                )
+                for level in range(max(map(max, self.groups)) + 1)
+            ]
+            return (sum(parts[1:], start=parts[0]),)
         if np.all(np.asarray(p.get("scale", 0.0)) == 0.0):
             return (x.relu(1.0 - x.abs(value - p["deviating"])),)
         return ((value - p["centre"]) / p["scale"],)
@@ -119,7 +136,7 @@ def factor_effect(column: str) -> type[Factor]:
         raise InputError(
             f"effect {PREFIX + column!r}: allowed is {PREFIX}COLUMN, of a column of the test table"
         )
-    return _declared(column, (), "", Factor.shapes)
+    return _declared(column, (), "", Factor.shapes, ())
 
 
 def scanned_factor(column: str, labels: Sequence[str]) -> Factor:
@@ -129,14 +146,26 @@ def scanned_factor(column: str, labels: Sequence[str]) -> Factor:
     --------
     >>> scanned_factor("operator", ["anna", "bert"]).equation
     'mu += c where operator = deviating (0 = anna, 1 = bert), else 0'
+    >>> scanned_factor("oil", ["a", "b", "c", "d"]).groups
+    ((0,), (1,), (2,), (3,), (0, 1), (0, 2), (0, 3))
     >>> scanned_factor("humidity", []).equation, scanned_factor("humidity", []).degrees_of_freedom
     ('mu += c * (humidity - centre)/scale', 1)
     """
     if not labels:
-        return _declared(column, (), _LINEAR.format(column), Factor.shapes[1:])()
-    return _declared(
-        column, (), f"mu += c where {column} = deviating ({numbered(labels)}), else 0", Factor.shapes[:1]
-    )()
+        return _declared(column, (), _LINEAR.format(column), Factor.shapes[1:], ())()
+    groups = _groups(len(labels))
+    names = numbered([" or ".join(labels[k] for k in group) for group in groups])
+    equation = f"mu += c where {column} = deviating ({names}), else 0"
+    return _declared(column, (), equation, Factor.shapes[:1], groups)()
+
+
+def _groups(levels: int) -> tuple[tuple[int, ...], ...]:
+    """Return each level, and of few levels every further way to set some of them apart from the others."""
+    groups: list[tuple[int, ...]] = [(k,) for k in range(levels)]
+    for size in range(2, levels // 2 + 1 if levels <= SPLIT else 0):
+        # of two halves one is enough
+        groups += [g for g in combinations(range(levels), size) if 2 * size < levels or 0 in g]
+    return tuple(groups)
 
 
 def numbered(labels: Sequence[str]) -> str:
@@ -152,7 +181,11 @@ def numbered(labels: Sequence[str]) -> str:
 
 @cache
 def _declared(
-    column: str, labels: tuple[str, ...], equation: str, shapes: tuple[ShapeParameter, ...]
+    column: str,
+    labels: tuple[str, ...],
+    equation: str,
+    shapes: tuple[ShapeParameter, ...],
+    groups: tuple[tuple[int, ...], ...],
 ) -> type[Factor]:
     words = re.sub(r"[^0-9A-Za-z]+", " ", column).strip() or "column"
     declared: dict[str, Any] = {
@@ -164,8 +197,9 @@ def _declared(
         or f"mu += c where {column} = deviating, else 0; of numbers: {_LINEAR.format(column)}",
         "latex": rf"\mu \mathrel{{+}}= c\,f(\mathrm{{{words}}})",
         "where_it_shows": f"an offset of whole tests that goes with {column}",
-        "declared_by": (column, labels, equation, shapes),
+        "declared_by": (column, labels, equation, shapes, groups),
         "shapes": shapes,
+        "groups": groups,
         "driver": (column,),
         "metadata": (column,),
         "metadata_units": (SETTING_UNITS.get(column, "1"),),

@@ -21,6 +21,8 @@ LEVEL = 0.01
 MOST = 2
 #: Tests that must be left beside all columns.
 SPARE = 4
+#: Tests that a flexible mean must leave to stand in the place of the base.
+FLEXIBLE = 10
 
 
 def metadata_that_sets_tests_apart(
@@ -29,16 +31,19 @@ def metadata_that_sets_tests_apart(
     """Return columns in the bins of effects of metadata that explain levels of tests beside a flexible mean, shape (m, k).
 
     F tests of mean friction of whole tests, stepwise, at a Bonferroni level (Draper, Smith: Applied Regression Analysis
-    (1998), chapter 6). Each level of a column, or shape of an effect, counts as a test.
+    (1998), chapter 6). Each level of a column, or shape of an effect, counts as a test, and so do all levels together. Where a
+    flexible mean would leave few tests, the base stands in its place.
     """
-    system = [
-        c.columns[:, k] for c in candidates if not driven_by_load(c.effect) for k in range(c.columns.shape[1])
-    ]
+    effects = [c for c in candidates if not driven_by_load(c.effect)]
+    system = [c.columns[:, k] for c in effects for k in range(c.columns.shape[1])]
+    system += [c.columns[:, :, 0] for c in effects if c.columns.shape[1] > 1]
     known = np.empty((len(campaign.starts), 0))
     if not system:
         return known
     y = campaign.of_tests(campaign.average(campaign.mu - base.offset))
     mean = independent_columns(_of_tests(campaign, flexible_mean(campaign, base.columns)))
+    if len(y) - mean.shape[1] < FLEXIBLE:
+        mean = independent_columns(_of_tests(campaign, campaign.average(base.columns)))
     for _ in range(MOST):
         best: tuple[float, FloatArray] | None = None
         for columns in system:
