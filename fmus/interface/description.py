@@ -35,6 +35,7 @@ class Description:
     annotations: Mapping[str, str] = field(default_factory=dict)
     licence: str = ""  #: One line on the licence; empty leaves it out.
     event_indicators: int = 0  #: Number of event indicators of model exchange (FMI 2.0).
+    warns: bool = False  #: Whether warnings are logged, too.
 
 
 def number(value: float) -> str:
@@ -89,6 +90,10 @@ def to_xml(description: Description, fmi: str = "2.0", nodes: int = 1) -> bytes:
     _units(root, description.variables)
     categories = etree.SubElement(root, "LogCategories")
     etree.SubElement(categories, "Category", name="logStatusError", description="a call was refused")
+    if description.warns:
+        etree.SubElement(
+            categories, "Category", name="logStatusWarning", description="to know of a run that ended"
+        )
     if description.step is not None:
         etree.SubElement(root, "DefaultExperiment", _experiment(description.step, description.stop, three))
     if description.annotations and not three:

@@ -146,4 +146,5 @@ class SolverInterface:
             step=step,
             stop=stop,
             annotations={"target": target},
+            warns=True,
         )

@@ -15,7 +15,7 @@
 #error "the messages are little-endian"
 #endif
 
-enum { TF_HELLO = 1, TF_CONFIGURE, TF_START, TF_STEP, TF_SAVE, TF_RESTORE, TF_FREE, TF_QUIT, TF_SERIALIZE, TF_DESERIALIZE };
+enum { TF_HELLO = 1, TF_CONFIGURE, TF_START, TF_STEP, TF_SAVE, TF_RESTORE, TF_FREE, TF_QUIT, TF_SERIALIZE, TF_DESERIALIZE, TF_REMARKS };
 enum { TF_PROTOCOL = 1 };
 #define TF_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
 
@@ -50,6 +50,7 @@ typedef struct {
 static fmi2Status tf_say(tf_front *f, fmi2Status status, const char *format, ...) {
     char text[TF_TEXT], safe[2 * TF_TEXT];
     size_t k = 0;
+    const int warns = status == fmi2Warning;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
@@ -59,7 +60,9 @@ static fmi2Status tf_say(tf_front *f, fmi2Status status, const char *format, ...
         safe[k++] = *c;
     }
     safe[k] = '\0';
-    if (f && f->logger) f->logger(f->environment, f->name, fmi2Error, "logStatusError", safe);
+    if (f && f->logger)
+        f->logger(f->environment, f->name, warns ? fmi2Warning : fmi2Error,
+                  warns ? "logStatusWarning" : "logStatusError", safe);
     return status;
 }
 
@@ -101,25 +104,32 @@ static fmi2Status tf_lost(tf_front *f, int result) {
                   *last ? "; its last lines: " : "", last);
 }
 
-/* Send the request, take the reply: `length` bytes in `buffer`, the status first. */
-static fmi2Status tf_exchange(tf_front *f) {
+/* Send the request, take the reply: `length` bytes in `buffer`, the status first, a zero behind them. */
+static int tf_transfer(tf_front *f) {
     const double until = f->limit > 0.0 ? tf_now() + f->limit : 0.0;
     unsigned char head[4];
     size_t length = f->length;
     int result;
-    if (!f->alive)
-        return tf_say(f, fmi2Error, "the solver process is gone; fmi2Reset starts another one");
     for (int i = 0; i < 4; ++i) head[i] = (unsigned char)(length >> (8 * i));
     result = tf_child_send(&f->child, head, 4, until);
     if (result == TF_DONE) result = tf_child_send(&f->child, f->buffer, length, until);
     if (result == TF_DONE) result = tf_child_receive(&f->child, head, 4, until);
-    if (result != TF_DONE) return tf_lost(f, result);
+    if (result != TF_DONE) return result;
     length = head[0] | (size_t)head[1] << 8 | (size_t)head[2] << 16 | (size_t)head[3] << 24;
-    if (length < 1 || length > 64u * 1024u * 1024u || !tf_reserve(f, length + 1)) return tf_lost(f, TF_GONE);
+    if (length < 1 || length > 64u * 1024u * 1024u || !tf_reserve(f, length + 1)) return TF_GONE;
     result = tf_child_receive(&f->child, f->buffer, length, until);
-    if (result != TF_DONE) return tf_lost(f, result);
     f->buffer[length] = 0;
     f->length = length;
+    return result;
+}
+
+/* A request and its reply, or an error. */
+static fmi2Status tf_exchange(tf_front *f) {
+    int result;
+    if (!f->alive)
+        return tf_say(f, fmi2Error, "the solver process is gone; fmi2Reset starts another one");
+    result = tf_transfer(f);
+    if (result != TF_DONE) return tf_lost(f, result);
     if (f->buffer[0] == fmi2OK) return fmi2OK;
     return tf_say(f, f->buffer[0] == fmi2Discard ? fmi2Discard : fmi2Error, "%s", (const char *)f->buffer + 1);
 }

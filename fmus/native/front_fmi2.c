@@ -153,8 +153,19 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     return status;
 }
 
+/* Warnings about the run, one a line; an older solver does not know the question. */
 fmi2Status fmi2Terminate(fmi2Component c) {
-    (void)c;
+    tf_front *f = (tf_front *)c;
+    int result;
+    if (!f || !f->alive || !f->data.running || !tf_begin(f, TF_REMARKS, 0)) return fmi2OK;
+    result = tf_transfer(f);
+    if (result != TF_DONE) return tf_lost(f, result);
+    if (f->buffer[0] != fmi2OK) return fmi2OK;
+    for (char *line = (char *)f->buffer + 1; *line;) {
+        const size_t n = strcspn(line, "\n");
+        tf_say(f, fmi2Warning, "%.*s", (int)n, line);
+        line += n + (line[n] == '\n');
+    }
     return fmi2OK;
 }
 

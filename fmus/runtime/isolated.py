@@ -21,6 +21,8 @@ from .ports import Port
 from .separate_process import Apart, Died
 
 _clock = time.perf_counter
+#: Seconds that an FMU may take to end.
+PATIENCE = 5.0
 
 
 class IsolatedInstance(AnyInstance):
@@ -106,7 +108,15 @@ class IsolatedInstance(AnyInstance):
             self._apart.call("free_state", state)
 
     def close(self) -> None:
-        self._apart.waiting = None  # the interrupt that led here was dealt with
+        until = _clock() + PATIENCE
+
+        def waiting() -> None:
+            if _clock() > until:
+                raise Died("it did not end")
+
+        self._apart.waiting = waiting  # the interrupt that led here was dealt with
+        with contextlib.suppress(Died, RuntimeError):
+            self._apart.call("close")  # an FMU may have something to say at its end
         self._take_log()
         self._apart.close()
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 
-from .c_interface.slave import DISCARD
+from .c_interface.slave import DISCARD, WARNING
 
 #: Messages of one instance that are kept; an FMU may log every step.
 MAX_MESSAGES = 1000
 MAX_LENGTH = 2000
+#: How the line of a warning begins, behind the name of the instance.
+WARNS = "warning: "
 
 #: FMI 2.0 messages are formats of printf. Their values come as variadic arguments, which portable Python code
 #: cannot receive; the format alone is shown, and it is said that values are missing.
@@ -56,6 +58,8 @@ class Messages:
             self._error = text
         elif text:
             self._remark = text
+        if text and status == WARNING:
+            text = f"{WARNS}{text}"
         self.note(text if status <= DISCARD else f"error: {text}")
 
     def note(self, text: str) -> None:

@@ -98,6 +98,12 @@ class SolverSlave(Fmi2Slave):
         return True
 
     @guarded
+    def terminate(self) -> None:
+        """Log what there is to say of the run."""
+        for text in self.solver.remarks() if self.running else ():
+            self.log(text, Fmi2Status.warning)
+
+    @guarded
     def get_real(self, vrs: list[int]) -> list[float]:
         index = self.solver.places(vrs)
         if not self.running and (index < self.solver.first_input).any():

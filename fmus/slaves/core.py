@@ -87,6 +87,10 @@ class Solver(ABC):
     def advance(self, elapsed: float, step: float) -> None:
         """Advance from `elapsed` [s] since the start by `step` [s] and publish; raise to refuse the step."""
 
+    def remarks(self) -> Sequence[str]:
+        """Return what a user should know of the run so far; the hosts pass it on as warnings when the run ends."""
+        return ()
+
     def places(self, references: Sequence[int]) -> npt.NDArray[np.int64]:
         """Return where the Real variables of some value references are in `values`.
 

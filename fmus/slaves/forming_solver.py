@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,9 @@ class FormingSolver(Solver):
         if not process.advance(travel, self.fields):
             raise RuntimeError(process.message)
         self.publish()
+
+    def remarks(self) -> Sequence[str]:
+        return self.process.warnings if self.process is not None else ()
 
     def publish(self) -> None:
         """Write the outputs; a marker out of contact has sigma_n = 0, so that friction keeps its memory."""

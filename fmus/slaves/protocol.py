@@ -17,9 +17,11 @@ FREE         number of a state                             nothing
 QUIT         nothing                                       none: the process ends
 SERIALIZE    number of a state, the front's own part       the state as bytes
 DESERIALIZE  the state as bytes                            number of the state, the front's own part
+REMARKS      nothing                                       text: a line for each warning about the run so far
 ============ ============================================= ===============================================
 
-HELLO and its reply stay as they are in all versions, so that two versions can tell each other apart.
+HELLO and its reply stay as they are in all versions, so that two versions can tell each other apart. A front
+does without REMARKS where the solver does not know them.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ MAGIC = b"TFMU"
 #: Longest message [bytes].
 LONGEST = 64 * 1024**2
 
-HELLO, CONFIGURE, START, STEP, SAVE, RESTORE, FREE, QUIT, SERIALIZE, DESERIALIZE = range(1, 11)
+HELLO, CONFIGURE, START, STEP, SAVE, RESTORE, FREE, QUIT, SERIALIZE, DESERIALIZE, REMARKS = range(1, 12)
 #: Statuses are those of FMI 2.0.
 OK, DISCARD, ERROR = 0, 2, 3
 

@@ -55,6 +55,7 @@ class Server:
             protocol.FREE: self.free,
             protocol.SERIALIZE: self.serialize,
             protocol.DESERIALIZE: self.deserialize,
+            protocol.REMARKS: self.remarks,
         }
 
     def run(self) -> None:
@@ -139,6 +140,9 @@ class Server:
         if len(more) != 1 or not isinstance(more[0], str):
             raise InputError("the serialized state is one of the Python form of this FMU")
         return self._keep(state) + bytes.fromhex(more[0])
+
+    def remarks(self, _: bytes) -> bytes:
+        return "\n".join(self._configured().remarks()).encode()
 
     def _configured(self) -> Solver:
         if self.solver is None:

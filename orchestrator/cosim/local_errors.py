@@ -80,13 +80,16 @@ def state_local_errors(run: Run, master: Master, progress: Callable[[float], Non
             "older than this one"
         )
     errors = local_errors(loads, active, finer)
+    about: dict[str, str | int | float] = {"component": name, "elements_smaller_by": FINER}
+    if size > 0.0:
+        about |= {"mesh_size": size, "compared_with": FINER * size}
     data = Dataset(
         {
             q.name: NetcdfVariable(("time", "point"), errors[:, :, k], {"units": q.unit})
             for k, q in enumerate(LOADS)
         },
         {"time": NetcdfVariable(("time",), run.time[1:], {"units": "s"})},
-        {"component": name, "mesh_size": size, "compared_with": FINER * size},
+        about,
     )
     with atomic_path(run.folder / FILE) as path:
         write_dataset(data, path)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fmus.runtime.messages import WARNS
 from friction_models.common import InputError, atomic_folder, given_path, unknown_name, write_json
 from friction_models.common.cached_results import path_digest
 from friction_models.common.files import read_json
@@ -30,6 +31,12 @@ from .setup.wiring import Wiring
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+#: Different warnings of FMUs that are told of one run.
+MOST_WARNINGS = 10
+#: Share of the loads in contact that may lie outside the domain of a friction model without a word.
+MOST_OUTSIDE = 0.02
 
 
 def force_labels(recorded: Collection[str], where: str) -> tuple[str, str]:
@@ -74,13 +81,18 @@ class Course:
         return sum(count > 0 for count in self.lagging)
 
     def remarks(self) -> list[str]:
-        """Return what to say of the run beside its warnings."""
-        if not self.lagging_steps:
-            return []
-        return [
-            f"in {self.lagging_steps} of {counted(len(self.lagging), 'step')} up to {counted(max(self.lagging), 'value')} did not settle in the repetitions "
-            "and stayed as at the start of the step: there friction lags by one step"
-        ]
+        """Return what to say of the run beside its warnings: those of the FMUs, and values that did not settle."""
+        said = list(
+            dict.fromkeys(line.replace(f": {WARNS}", ": ", 1) for line in self.log if f": {WARNS}" in line)
+        )
+        if len(said) > MOST_WARNINGS:
+            said[MOST_WARNINGS:] = [f"{len(said) - MOST_WARNINGS} further warnings of FMUs in log.txt"]
+        if self.lagging_steps:
+            said.append(
+                f"in {self.lagging_steps} of {counted(len(self.lagging), 'step')} up to {counted(max(self.lagging), 'value')} did not settle in the repetitions "
+                "and stayed as at the start of the step: there friction lags by one step"
+            )
+        return said
 
 
 @dataclass
@@ -94,7 +106,8 @@ class Run(Drawn):
     manifest : dict
         Versions, file hashes, mode, timing, the synthetic flag; ``"status"`` is ``"ok"``, or ``"stopped"`` and
         ``"message"`` says which component failed, when and why. ``"message"`` of a complete run names a component that
-        ended it before the stop time. ``"warnings"``: open inputs, algebraic loops, friction that lags too far.
+        ended it before the stop time. ``"warnings"``: open inputs, algebraic loops, friction that lags too far, warnings of the FMUs,
+        loads outside the domain of a friction model.
     time : ndarray, shape (steps + 1,)
         Communication points [s].
     values : dict of str to ndarray
@@ -198,6 +211,31 @@ class Run(Drawn):
         }
         return [f"{name}: {said}" for name, active in contacts.items() if (said := few_points(active))]
 
+    def outside_domain(self) -> list[str]:
+        """Return a sentence for each friction model that was asked beyond what it was trained on, at points in contact."""
+        columns = {label: v if v.ndim == 2 else v[:, None] for label, v in self.values.items()}
+        said = []
+        for label, distance in columns.items():
+            if not label.endswith(".domain_distance"):
+                continue
+            pressures = (
+                v for n, v in columns.items() if n.endswith(".sigma_n") and v.shape == distance.shape
+            )
+            touching = next((v > 0.0 for v in pressures), None)
+            if touching is None or not touching.any():
+                continue
+            far = distance[touching]
+            if (share := float(np.mean(far > 0.0))) > MOST_OUTSIDE:
+                said.append(
+                    f"{label.rpartition('.')[0]}: {100.0 * share:.0f} % of the loads in contact lie outside what the model was "
+                    f"trained on, the farthest by {far.max():.2g} times the trained range of a load; nobody measured mu there"
+                )
+        return said
+
+    def remarks(self) -> list[str]:
+        """Return what to keep in mind with these results."""
+        return [*self.few_points(), *self.outside_domain()]
+
     def compare_force(self, press: str | os.PathLike[str]) -> ForceComparison:
         """Compare the force-stroke curve with a measured one (CSV: stroke [mm], force [kN], repeat)."""
         return compare_force(self.force_curve(), read_press_curve(press), label=self.name)
@@ -254,7 +292,6 @@ def write_run(
         "steps": points - 1,
         "status": "stopped" if failure else "ok",
         "message": failure or course.ending,
-        "warnings": [*course.warnings, *course.remarks()],
         "seeds": {k: v for k, v in system.provenance.items() if k.endswith("seed")},
         "provenance": system.provenance,
         "components": files,
@@ -275,6 +312,7 @@ def write_run(
             "most_lagging": max(course.lagging, default=0),
         }
     run = Run(folder, manifest, time, values, units)
+    manifest["warnings"] = [*course.warnings, *course.remarks(), *run.remarks()]
     with atomic_folder(folder, RUN) as place:
         moved = {n: folder.resolve() / p.relative_to(place) for n, p in system.bundle(place).items()}
         text = system.to_yaml(relative_to=folder.resolve(), moved=moved)

@@ -41,6 +41,7 @@ def report_page(result: FormingRecord, name: str = "forming") -> str:
     parts = [f"<main>\n{paragraph(f'tribofmu forming: {name}', 'kicker')}\n<h1>{escape(headline)}</h1>"]
     if result.status != "ok":
         parts.append(paragraph(result.message, "note"))
+    parts += [paragraph(text, "note") for text in result.warnings]
     if len(result.fields):
         parts += ["<h2>Fields</h2>", animation(result.fields, force=(result.stroke, result.force))]
     parts += [

@@ -78,7 +78,7 @@ def simulate(
     )
     if run.message:
         say(run.message)
-    for text in [*master.course.remarks(), *run.few_points()]:
+    for text in [*master.course.remarks(), *run.remarks()]:
         note(text)
     if local_errors and not run.message:
         with keeping(), progress(f"{description.name}, smaller elements") as tick:

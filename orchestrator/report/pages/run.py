@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from friction_models.common import InputError
-from friction_models.common.markup import escape, table
+from friction_models.common.markup import bullets, escape, table
 
 from ...cosim.local_errors import stated_errors
 from ...cosim.run_folders import Run
@@ -32,6 +32,8 @@ def run_page(folder: Path) -> str:
         + ("" if run.complete else f" <strong>Stopped: {escape(run.message)}.</strong>"),
         synthetic=run.synthetic,
     )
+    if warnings := manifest.get("warnings"):
+        page.add("notes", "Read this with care", bullets(map(str, warnings)))
     if forms:
         title, caption = "Force over stroke", "Punch force over stroke, unfiltered."
         page.plot("force", title, run_force_chart(run.force_curve()), caption, "Force over stroke.")

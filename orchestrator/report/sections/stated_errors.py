@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from friction_models.common.markup import table
 from friction_models.loads.contract import with_unit
 
-from ...cosim.local_errors import StatedError
+from ...cosim.local_errors import FILE, FINER, StatedError
 
 
 def stated_errors_table(errors: Mapping[str, Sequence[StatedError]]) -> str:
@@ -35,6 +35,8 @@ def stated_errors_table(errors: Mapping[str, Sequence[StatedError]]) -> str:
             for e in found
         ],
         numeric=range(1 + named, 4 + named),
-        caption="Stated errors of the loads at the contact points because of the size of the elements, from a further run with "
-        "smaller ones.",
+        caption="How far the loads at the contact points may be off because of the size of the elements, from a further run with "
+        f"elements {FINER:.2g} times as large: about nine of ten are closer than their stated error to those of a mesh four times as fine. "
+        "Communication steps, material and heat data add errors of their own. Each point and time stands in "
+        f"{FILE} of the run.",
     )

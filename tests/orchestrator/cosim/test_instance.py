@@ -82,7 +82,7 @@ def test_percent_signs_of_plain_text_are_no_placeholders() -> None:
     log: list[str] = []
     Messages("a", log).receive(1, b"50 % done, 100%")
     Messages("a", log).receive(1, b"%s %5.2f", is_format=False)
-    assert log == ["a: 50 % done, 100%", "a: %s %5.2f"]
+    assert log == ["a: warning: 50 % done, 100%", "a: warning: %s %5.2f"]
 
 
 def test_a_binary_that_is_no_library_or_lacks_functions(unpacked: UnpackedFmu, tmp_path: Path) -> None:
