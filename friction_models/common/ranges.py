@@ -36,7 +36,8 @@ def check_range(where: str, name: str, value: float, low: float, high: float, un
     friction_models.common.errors.InputError: upsetting: friction = 0.7 1; allowed: 0 to 0.5 1
     """
     if not (is_number(value) and low <= value <= high):
-        raise InputError(f"{where}: {name} = {value!r:.60} {unit}; allowed: {low:g} to {high:g} {unit}")
+        behind = f" {unit}" if unit else ""
+        raise InputError(f"{where}: {name} = {value!r:.60}{behind}; allowed: {low:g} to {high:g}{behind}")
 
 
 def check_flag(where: str, name: str, value: object) -> bool:

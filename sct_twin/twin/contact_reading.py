@@ -25,6 +25,7 @@ from .upsetting import (
     UpsettingCase,
     UpsettingRun,
     contact_forces,
+    fills,
     known_upset,
     local_fit,
     run_force,
@@ -32,8 +33,9 @@ from .upsetting import (
 
 #: Column of the test table [mm].
 COLUMN = "contact_diameter"
-#: Column of the test table that says how it was used, and two of its values.
+#: Column of the test table that says how it was used, and its values.
 USE, FORCE_AND_AREA, AREA = "contact_diameter_use", "force and area", "area"
+COMPARED, NOT_USED = "compared", "not used"
 #: What a caliper or a microscope is trusted to [mm].
 READING = 0.05
 #: Least d ln(area) / d ln(force) at which the force is read from the area. Below, `READING` and the mesh, 0.5 % of the
@@ -86,7 +88,11 @@ def measured_diameter(record: SctRecord, punch: PunchGeometry) -> float | None:
 
 
 def read_at_diameter(
-    run_to: Callable[[float], UpsettingRun], force: float, diameter: float, punch: PunchGeometry
+    run_to: Callable[[float], UpsettingRun],
+    force: float,
+    diameter: float,
+    punch: PunchGeometry,
+    use: str = "",
 ) -> FoundContact:
     """Return the run, read so that the contact under a force has the measured diameter.
 
@@ -97,13 +103,16 @@ def read_at_diameter(
 
     - `run_to`: returns the run to somewhat beyond a force [N]; asked for more than `force`, the highest of the test,
       only where the diameter says so.
+    - `use`: how to use the diameter, whatever it is; empty: as it fits.
     """
     bore = punch.bore_diameter or math.inf
     upsetting = run_to(force)
+    if use in (COMPARED, NOT_USED):
+        return FoundContact(upsetting, use)
     expected = 2.0 * upsetting.at(force).radius
     low, high = (1.0 - DIFFERS) * expected, (1.0 + DIFFERS) * expected
-    near, filled = low <= diameter <= high, expected > FILLED * bore
-    if not filled and growth(upsetting, force) >= LEAST_GROWTH:
+    near, filled = use == AREA or low <= diameter <= high, not use and fills(expected, punch)
+    if use == FORCE_AND_AREA or (not use and not filled and growth(upsetting, force) >= LEAST_GROWTH):
         if 2.0 * upsetting.at(float(upsetting.result.force.max()) / 1.05).radius < diameter:
             # A specimen that cannot carry so much is read as far as it goes.
             with suppress(InputError):
@@ -113,19 +122,19 @@ def read_at_diameter(
         if diameters[-1] > FILLED * bore and diameter <= bore + 3.0 * READING:
             # The print of a filled bore, read somewhat too large.
             wanted = min(diameter, float(diameters[-1]))
-        if diameters[0] <= wanted <= diameters[-1]:
+        if use or diameters[0] <= wanted <= diameters[-1]:
             at = float(np.interp(wanted, diameters, forces))
             return FoundContact(replace(upsetting, flow_stress=force / at), FORCE_AND_AREA)
         low, high = min(low, float(diameters[0])), max(high, float(diameters[-1]))
     if not near:
         return FoundContact(
             upsetting,
-            "not used",
+            NOT_USED,
             f"{COLUMN} = {diameter:g} mm; allowed: {low:.2f} to {high:.2f} mm for this specimen under "
             f"{force * 1e-3:.1f} kN, by which it has {expected:.2f} mm; the measured one was not used",
         )
     if filled:
-        return FoundContact(upsetting, "compared")
+        return FoundContact(upsetting, COMPARED)
     factor = (min(diameter, bore) / expected) ** 2
     return FoundContact(replace(upsetting, area_factor=factor), AREA)
 
@@ -160,8 +169,8 @@ class ContactReading:
     #: The test, for messages.
     where: str
 
-    def read(self) -> FoundContact:
-        """Upset the specimen and compare it with the measured diameter, if there is one.
+    def read(self, use: str = "") -> FoundContact:
+        """Upset the specimen and compare it with the measured diameter, if there is one; `use` as in `read_at_diameter`.
 
         Raises InputError: the specimen cannot carry the forces.
         """
@@ -170,7 +179,7 @@ class ContactReading:
             return FoundContact(self._run_to(highest))
         force = float(contact_forces(self.sliding_F_n, self.case.force)[-1])
         return read_at_diameter(
-            lambda to: self._run_to(max(to, highest)), force, self.diameter, self.case.punch
+            lambda to: self._run_to(max(to, highest)), force, self.diameter, self.case.punch, use
         )
 
     def at_points(self, upsetting: UpsettingRun) -> ContactAtPoints:
@@ -180,14 +189,15 @@ class ContactReading:
     def others(self, found: FoundContact, given: GivenUncertainty) -> list[ContactAtPoints]:
         """Return the contact after a change of what it depends on, one at a time, each by its uncertainty.
 
-        Flow stress, dimensions and friction while upsetting; a measured diameter takes the place of the first two.
+        Flow stress, dimensions and friction while upsetting; a measured diameter takes the place of the first two. It is
+        used as before the change: one that no longer fits after it would count as a change of several percent.
         """
         usual = found.upsetting
         harder = self.at_points(replace(usual, flow_stress=usual.flow_stress * (1.0 + given.flow_stress)))
         changed: list[ContactAtPoints] = []
         if found.use in (FORCE_AND_AREA, AREA):
             assert self.diameter is not None
-            again = replace(self, diameter=self.diameter + READING).read()
+            again = replace(self, diameter=self.diameter + READING).read(found.use)
             changed.append(self.at_points(again.upsetting))
             if found.use == AREA:
                 changed.append(harder._replace(area=self.at_points(usual).area))
@@ -196,7 +206,7 @@ class ContactReading:
             changed += other_dimensions(usual, self.sliding_F_n, self.case.force, given.diameter)
 
         def at_friction(mu: float) -> ContactAtPoints:
-            again = replace(self, case=replace(self.case, mu=mu)).read()
+            again = replace(self, case=replace(self.case, mu=mu)).read(found.use)
             return self.at_points(again.upsetting)
 
         return changed + other_friction(at_friction, self.case.mu, given)

@@ -23,7 +23,7 @@ from .evaluation import REMARK, TwinSettings, evaluate_file
 from .test_result import ASSUMPTIONS, EXTRA_UNITS, TestResult, read_netcdf, write_netcdf
 
 #: Changes when the same inputs give other results.
-TWIN_VERSION = 6
+TWIN_VERSION = 7
 
 
 @dataclass
@@ -74,7 +74,7 @@ class SctTwin(TwinSettings):
     >>> SctTwin(mesh_size=5.0)
     Traceback (most recent call last):
         ...
-    friction_models.common.errors.InputError: SCT twin: mesh_size = 5.0; allowed: 0.2 to 1.5 mm
+    friction_models.common.errors.InputError: SCT twin: mesh_size = 5.0 mm; allowed: 0.2 to 1.5 mm
     """
 
     def run(

@@ -11,6 +11,7 @@ import pandas as pd
 
 from forming.materials.materials import MaterialSource, as_material, steel_16MnCr5
 from friction_models.common import InputError
+from friction_models.common.ranges import check_range
 
 from ..ingest.quality import doubts, quality_row
 from ..ingest.raw_campaign import RawCampaign
@@ -24,7 +25,7 @@ from .heat.sliding import TemperatureHistory, rest, slide
 from .heat.thermal_settings import ThermalBody, ThermalSettings
 from .test_result import TestResult
 from .uncertainty import GivenUncertainty, load_uncertainties
-from .upsetting import ContactState, UpsettingCase, geometry, shear_share
+from .upsetting import ContactState, UpsettingCase, fills, geometry, shear_share
 
 #: In the summary of a test: what speaks against its loads, for the remarks of the campaign.
 REMARK = "record_remark"
@@ -53,11 +54,11 @@ class TwinSettings:
         if self.moving_mass is not None:
             limits["moving_mass"] = (0.0, 1e5, "kg")
         for name, (low, high, unit) in limits.items():
+            check_range("SCT twin", name, getattr(self, name), low, high, unit)
+        for name, kind in (("thermal", ThermalSettings), ("uncertainty", GivenUncertainty)):
             value = getattr(self, name)
-            if not low <= value <= high:
-                raise InputError(
-                    f"SCT twin: {name} = {value!r}; allowed: {low:g} to {high:g} {unit}".rstrip()
-                )
+            if not (value is None or isinstance(value, kind)):
+                raise InputError(f"SCT twin: {name} = {value!r:.60}; allowed: {kind.__name__}, or None")
 
     @classmethod
     def reference(cls) -> Self:
@@ -147,6 +148,7 @@ class TwinSettings:
                 self.heat,
                 lambda state, heat: heated(state, heat).at(series.sd)["mean"],
                 self.uncertainty,
+                fills(2.0 * state.radius, punch),
             )
         zero_end = signals.zeros.F_r.after
         summary = {

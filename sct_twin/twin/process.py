@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 from forming.materials.materials import Material, as_material
 from forming.tools.punch_geometry import PunchGeometry
 from friction_models.common import InputError
+from friction_models.common.ranges import check_range
 from friction_models.loads import LOAD_NAMES, MU
 
 from .heat.contact_temperature import SlidingContact, ThermalBody, ThermalSettings
@@ -22,6 +22,10 @@ LOADED = 1e3
 TOUCHED = 0.5
 #: Highest normal force of a test that the twin computes [N].
 F_MAX_LIMITS = (1e3, 5e6)
+#: Largest normal force of a step over `F_max`: what `run_force` upsets to.
+CARRIED = 1.1
+#: Allowed sliding speeds [mm/s], element sizes [mm] and temperatures [degC].
+SPEEDS, MESH_SIZES, TEMPERATURES = (1e-6, 1e5), (0.1, 5.0), (-273.15, 2000.0)
 
 
 class ContactLoads(NamedTuple):
@@ -73,7 +77,7 @@ class SctProcess:
     tip_height : float
         Axial length of the taper above it [mm].
     F_max : float
-        Largest normal force [N].
+        Largest normal force [N]; a step with more than `CARRIED` times as much is refused.
     T_tool : float
         Tool temperature before the start [degC]; an input from then on.
     T_specimen : float, optional
@@ -128,17 +132,18 @@ class SctProcess:
         thermal: ThermalSettings | None = None,
         t_wait: float = 0.0,
     ) -> None:
-        low, high = F_MAX_LIMITS
-        if not (math.isfinite(F_max) and low <= F_max <= high):
-            raise InputError(f"SCT process: F_max = {F_max!r} N; allowed: {low:g} to {high:g} N")
-        if not (math.isfinite(speed) and speed > 0.0):
-            raise InputError(f"SCT process: speed = {speed!r} mm/s; allowed: a finite number above 0")
-        if not MU.lower <= upsetting_mu <= MU.upper:
-            raise InputError(
-                f"SCT process: upsetting_mu = {upsetting_mu!r}; allowed: {MU.lower:g} to {MU.upper:g}"
-            )
-        if not (math.isfinite(t_wait) and 0.0 <= t_wait <= 1e5):
-            raise InputError(f"SCT process: t_wait = {t_wait!r} s; allowed: 0 to 1e5 s")
+        for name, value, low, high, unit in (
+            ("F_max", F_max, *F_MAX_LIMITS, "N"),
+            ("speed", speed, *SPEEDS, "mm/s"),
+            ("upsetting_mu", upsetting_mu, MU.lower, MU.upper, ""),
+            ("mesh_size", mesh_size, *MESH_SIZES, "mm"),
+            ("T_tool", T_tool, *TEMPERATURES, "degC"),
+            ("T_specimen", T_tool if T_specimen is None else T_specimen, *TEMPERATURES, "degC"),
+            ("t_wait", t_wait, 0.0, 1e5, "s"),
+        ):
+            check_range("SCT process", name, value, low, high, unit)
+        if not (thermal is None or isinstance(thermal, ThermalSettings)):
+            raise InputError(f"SCT process: thermal = {thermal!r:.60}; allowed: ThermalSettings, or None")
         self.punch = PunchGeometry(specimen_diameter, specimen_height, bore or None, tip or None, tip_height)
         self.F_max, self.speed = float(F_max), float(speed)
         steel = as_material(material)
@@ -188,15 +193,19 @@ class SctProcess:
         InputError
             An input that is not finite or out of its physical range.
         """
-        for name, value, low, high in (
-            ("dt", dt, 0.0, 1e6),
-            ("F_n", F_n, 0.0, 1e8),
-            ("v_slide", v_slide, 0.0, 1e5),
-            ("T_tool", T_tool, -273.15, 2000.0),
-            ("mu", mu, 0.0, 10.0),
+        for name, value, low, high, unit in (
+            ("dt", dt, 0.0, 1e6, "s"),
+            ("F_n", F_n, 0.0, 1e8, "N"),
+            ("v_slide", v_slide, 0.0, 1e5, "mm/s"),
+            ("T_tool", T_tool, *TEMPERATURES, "degC"),
+            ("mu", mu, 0.0, 10.0, ""),
         ):
-            if not low <= value <= high:
-                raise InputError(f"SCT process: {name} = {value!r}; allowed: {low:g} to {high:g}")
+            check_range("SCT process", name, value, low, high, unit)
+        if F_n > CARRIED * self.F_max:
+            raise InputError(
+                f"SCT process: F_n = {F_n!r} N; allowed: 0 to {CARRIED * self.F_max:g} N, as the specimen was upset to "
+                f"F_max = {self.F_max:g} N"
+            )
         self._seat(float(F_n), float(T_tool))
         now = self._now
         now.contact.plate_temperature = now.contact.punch_temperature = now.T_tool = float(T_tool)
@@ -233,7 +242,7 @@ class SctProcess:
         now = self._now
         more = F_n > (1.0 + WOBBLE) * now.highest
         if now.sd > 0.0:
-            if more and F_n <= self.F_max:
+            if more:
                 now.highest = F_n / (1.0 + WOBBLE)
                 grown = self.upsetting.at(now.highest)
                 now.state = replace(now.state, area=grown.area, psi=grown.psi)
@@ -242,7 +251,7 @@ class SctProcess:
         if F_n >= LOADED and (more or warmed):
             # Nothing has slid yet: the contact is the one under this force.
             now.highest, now.seated = max(F_n, now.highest), T_tool
-            now.state, now.contact = self._contact_under(min(now.highest, self.F_max), T_tool)
+            now.state, now.contact = self._contact_under(now.highest, T_tool)
             rest(now.contact, self.t_wait)
 
     def _contact_under(self, F_n: float, T_tool: float) -> tuple[ContactState, SlidingContact]:

@@ -18,7 +18,7 @@ from .uncertainty import (
     other_dimensions,
     other_friction,
 )
-from .upsetting import ContactAtPoints, ContactState, UpsettingRun, known_upset
+from .upsetting import ContactAtPoints, ContactState, UpsettingRun, fills, known_upset
 
 
 def process_uncertainties(
@@ -51,7 +51,7 @@ def process_uncertainties(
     if not len(steps):
         raise InputError("SCT process: 0 steps; allowed: at least one")
     steps = np.vstack([[0.0, *steps[0, 1:]], steps])
-    force = np.minimum(steps[:, 1], process.F_max)
+    force = steps[:, 1]
     moving = np.flatnonzero(steps[:, 0] * steps[:, 2] > 0.0)
     upset_to = float(force[: moving[0] if len(moving) else None].max())
     if upset_to < LOADED:
@@ -93,4 +93,5 @@ def process_uncertainties(
         process.thermal,
         temperature,
         given,
+        fills(2.0 * state.radius, case.punch),
     )

@@ -11,10 +11,11 @@ import numpy as np
 
 from forming.fe.heat.properties import scaled
 from friction_models.common import InputError
+from friction_models.common.ranges import is_number
 from friction_models.loads import FloatArray
 
 from .heat.thermal_settings import ThermalBody, ThermalSettings
-from .upsetting import FILLED, ContactAtPoints, ContactState, UpsettingRun
+from .upsetting import ContactAtPoints, ContactState, UpsettingRun, fills
 
 #: Plate cells across the contact of the runs whose differences count.
 COARSE = 12
@@ -47,15 +48,17 @@ class GivenUncertainty:
     #: Natural logarithm of the interface heat transfer coefficient: anything between half and twice is alike
     #: likely, ln 2 / sqrt(3).
     heat_transfer: float = 0.4
-    #: Mesh of the upsetting run: relative, of pressure and expansion.
+    #: Mesh of the upsetting run: relative, of the pressure, and of the expansion in a filled bore.
     mesh: float = 0.008
+    #: The same of the expansion where the side of the specimen folds onto the plate.
+    fold: float = 0.02
     #: Grid of the sliding model: relative, of the rise above the plate.
     grid: float = 0.006
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and 0.0 <= value <= 1.0):
-                raise InputError(f"uncertainty of {name} = {value!r}; allowed: 0 to 1")
+            if not (is_number(value) and 0.0 <= value <= 1.0):
+                raise InputError(f"uncertainty of {name} = {value!r:.60}; allowed: 0 to 1")
 
 
 def other_dimensions(
@@ -69,7 +72,7 @@ def other_dimensions(
     specimen, bore = upsetting.case.punch.specimen_diameter, upsetting.case.punch.bore_diameter
     usual = upsetting.at_points(F_n, upset_to)
     s2 = (1.0 + by / specimen) ** 2
-    if bore is not None and 2.0 * math.sqrt(usual.area[-1] / math.pi) > FILLED * bore:
+    if bore is not None and fills(2.0 * math.sqrt(usual.area[-1] / math.pi), upsetting.case.punch):
         b2 = (1.0 + by / bore) ** 2
         return [usual._replace(psi=usual.psi / s2), usual._replace(area=usual.area * b2, psi=usual.psi * b2)]
     wider = upsetting.at_points(F_n / s2, upset_to / s2)
@@ -97,6 +100,7 @@ def load_uncertainties(
     heat: ThermalSettings,
     temperature: Callable[[ContactState, ThermalSettings], FloatArray],
     given: GivenUncertainty,
+    filled: bool,
 ) -> dict[str, FloatArray]:
     """Return `u_sigma_n` [MPa], `u_psi` and `u_T` [K] at every point, shape (n,).
 
@@ -106,6 +110,7 @@ def load_uncertainties(
     - `sigma_n`: as stated [MPa]; `rise`: of the contact temperature above the plate [K]; both of shape (n,).
     - `contact`, `others`: the contact as stated, and after each change of what shapes it.
     - `T0`: temperature of the specimen before it is upset [degC].
+    - `filled`: whether the contact fills the bore of the punch.
     - `temperature`: returns the contact temperature at the points for another contact, warmer or wider, or other heat data.
     """
     area, psi = contact.area, contact.psi
@@ -135,7 +140,8 @@ def load_uncertainties(
     holding = replace(specimen, capacity=scaled(specimen.capacity, more))
     squares_T += change(replace(coarse, specimen=holding), warmer=colder) ** 2
     by_area = change(coarse, 1.0 + AREA_STEP) / math.log1p(AREA_STEP)
-    squares_sigma, squares_psi = (given.mesh * sigma_n) ** 2, (given.mesh * psi) ** 2
+    squares_sigma = (given.mesh * sigma_n) ** 2
+    squares_psi = ((given.mesh if filled else given.fold) * psi) ** 2
     by_start = change(coarse, warmer=START_STEP) / START_STEP
     squares_T += (by_area * given.mesh) ** 2
     for other in others:

@@ -239,9 +239,14 @@ def shear_share(state: ContactState, punch: PunchGeometry, mu: float) -> float:
     A yielding contact that is sheared by tau = mu p yields at p^2 + 3 tau^2 = p0^2 (von Mises), so that the
     contact would grow by sqrt(1 + 3 mu^2) under the same force. One that fills its bore cannot.
     """
-    if punch.bore_diameter is not None and state.radius > FILLED * 0.5 * punch.bore_diameter:
+    if fills(2.0 * state.radius, punch):
         return 0.0
     return 1.0 - 1.0 / math.sqrt(1.0 + 3.0 * mu * mu)
+
+
+def fills(diameter: float, punch: PunchGeometry) -> bool:
+    """Return whether a contact of this diameter [mm] fills the bore of the punch."""
+    return punch.bore_diameter is not None and diameter > FILLED * punch.bore_diameter
 
 
 def known_upset(case: UpsettingCase, where: str) -> UpsettingResult:

@@ -154,7 +154,7 @@ def test_a_run_that_leaves_the_range_of_its_material_says_so():
         ({"mesh_size": None}, "upset: mesh_size = None mm; allowed: 0.1 to 1.875 mm"),
         ({"T_tool": math.nan}, "upset: T_tool = nan degC; allowed: "),
         ({"T0": 700.0}, "upset: T0 = 700 degC; allowed: 0 to 500 degC, the range of material '16MnCr5'"),
-        ({"n_radii": -1}, "upset: n_radii = -1 ; allowed: "),
+        ({"n_radii": -1}, "upset: n_radii = -1; allowed: "),
         ({"force": "a"}, "upset: force = 'a'; allowed: "),
         ({"force": ([0.0, 1.0], "b")}, "upset: force = ([0.0, 1.0], 'b'); allowed: "),
         ({"force": math.nan}, "upset: highest force = nan N; allowed: "),

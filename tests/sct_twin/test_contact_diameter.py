@@ -145,6 +145,12 @@ def test_area_of_a_contact_that_hardly_grows_is_the_measured_one(record_maker: M
     assert result.columns["sigma_n"] == pytest.approx(without.columns["sigma_n"] / 0.99**2, rel=1e-6)
     assert np.array_equal(result.columns["psi"], without.columns["psi"])
     assert (result.columns["T"][1:] > without.columns["T"][1:]).all()
+    # nearly as large as fits: after a change of the friction it would not, which is no uncertainty of the pressure
+    metadata = {**record.metadata, "contact_diameter": 1.0198 * expected}
+    nearly = twin.evaluate(replace(record, metadata=metadata))
+    relative = [r.columns["u_sigma_n"] / r.columns["sigma_n"] for r in (result, nearly)]
+    assert nearly.summary["contact_diameter_use"] == "area"
+    assert (relative[1] <= 1.02 * relative[0]).all()
 
 
 def test_what_does_not_fit_is_said_in_the_data_set(tiny: RawCampaign, tmp_path: Path) -> None:

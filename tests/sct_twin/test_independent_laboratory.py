@@ -206,6 +206,27 @@ def test_the_twin_is_as_warm_as_the_laboratory(
     assert beyond(heat_errors(filled, run, lab_warmth)) == set()
 
 
+def heat_error(of: Specimen) -> float:
+    """Return the difference of the heat of upsetting, twin less laboratory, of the rise [%]."""
+    state = UpsettingRun(robust_upset(of.case), of.case).at(FORCE)
+    return 100.0 * ((state.T_specimen - of.case.T0) / of.rise - 1.0)
+
+
+def test_heat_of_upsetting_is_that_of_the_laboratory_and_a_twentieth_less_shows(
+    free: Specimen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # without friction: the twin counts the work of friction as heat of the specimen, the laboratory leaves it out
+    assert heat_error(free) == pytest.approx(0.0, abs=0.5)
+    real = upsetting.heat_of_upsetting
+
+    def lost(*arguments: Any) -> UpsettingHeat:
+        heat = real(*arguments)
+        return heat._replace(temperature=20.0 + 0.95 * (heat.temperature - 20.0))
+
+    monkeypatch.setattr(upsetting, "heat_of_upsetting", lost)
+    assert heat_error(free) < -4.0
+
+
 @pytest.fixture
 def planted(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """Plant a fault of the heat in the twin."""

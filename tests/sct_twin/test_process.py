@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -147,10 +148,36 @@ def test_less_friction_less_heat(process: SctProcess) -> None:
 def test_impossible_inputs(process: SctProcess) -> None:
     with pytest.raises(InputError, match="mu = nan; allowed: 0 to 10"):
         process.advance(0.01, 1e5, 100.0, 20.0, float("nan"))
-    with pytest.raises(InputError, match=r"t_wait = -1 s; allowed: 0 to 1e5 s"):
+    with pytest.raises(InputError, match=r"t_wait = -1 s; allowed: 0 to 100000 s"):
         SctProcess(t_wait=-1)
     with pytest.raises(InputError, match="F_max = -1"):
         SctProcess(F_max=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"mesh_size": float("inf")}, r"mesh_size = inf mm; allowed: 0\.1 to 5 mm"),
+        ({"speed": 1e30}, r"speed = 1e\+30 mm/s; allowed: 1e-06 to 100000 mm/s"),
+        ({"F_max": "much"}, r"F_max = 'much' N; allowed: 1000 to 5e\+06 N"),
+        ({"T_tool": None}, r"T_tool = None degC; allowed: -273\.15 to 2000 degC"),
+        ({"thermal": -1}, "thermal = -1; allowed: ThermalSettings, or None"),
+    ],
+)
+def test_numbers_that_are_none_are_refused(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=f"SCT process: {words}"):
+        SctProcess(**given)
+
+
+def test_a_force_beyond_that_of_upsetting_is_refused_and_up_to_it_the_contact_grows() -> None:
+    small, large = (SctProcess(F_max=F_max, bore=0.0) for F_max in (200e3, 300e3))
+    with pytest.raises(
+        InputError, match=r"F_n = 250000\.0 N; allowed: 0 to 220000 N, as .* F_max = 200000 N"
+    ):
+        small.advance(0.2, 250e3, 50.0, 20.0, 0.08)
+    found, wanted = (p.advance(0.2, 215e3, 50.0, 20.0, 0.08) for p in (small, large))
+    assert found.sigma_n == pytest.approx(wanted.sigma_n, rel=0.01)
+    assert found.psi == pytest.approx(wanted.psi, rel=0.01)
 
 
 def test_loads_before_the_force_are_not_those_of_the_force() -> None:

@@ -275,7 +275,7 @@ def test_not_a_campaign(tmp_path: Path) -> None:
 
 
 def test_names_and_settings_that_cannot_be(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"spacing = 0.0; allowed: 0.01 to 10 mm"):
+    with pytest.raises(InputError, match=r"spacing = 0.0 mm; allowed: 0.01 to 10 mm"):
         SctTwin(spacing=0.0)
     (tmp_path / "raw").mkdir()
     (tmp_path / "campaign.json").write_text("{}")

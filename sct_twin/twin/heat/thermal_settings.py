@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from forming.fe.heat.properties import Property, checked_property, integral, value_at
 from forming.materials.materials import Material, load
 from friction_models.common import InputError
+from friction_models.common.ranges import check_range
 from friction_models.loads import FloatArray
 
 #: Lowest and highest temperature [degC] and step [K] of the tables of conductivity, capacity and enthalpy that the kernels read.
@@ -132,9 +132,10 @@ class ThermalSettings:
             ("heat_transfer", 1e-9, 1e6),
             ("friction_heat_share", 0.0, 1.0),
         ):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                raise InputError(f"thermal settings: {name} = {value!r}; allowed: {low:g} to {high:g}")
+            check_range("thermal settings", name, getattr(self, name), low, high, "")
+        for name in ("plate", "specimen"):
+            if not isinstance(body := getattr(self, name), ThermalBody):
+                raise InputError(f"thermal settings: {name} = {body!r:.60}; allowed: a ThermalBody")
 
     def constant(self, T: float = 20.0) -> ThermalSettings:
         """Return the settings with heat data that do not change with temperature."""

@@ -90,7 +90,7 @@ def test_goes_back_exactly_and_frees_its_states(forming: UnpackedFmu) -> None:
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"F_n": -1.0}, r"SCT process: F_n = -1\.0; allowed"),
+        ({"F_n": -1.0}, r"SCT process: F_n = -1\.0 N; allowed"),
         ({"mu": float("nan")}, "mu = nan is not a finite number"),
         ({"T": 1.0}, "T is an output and cannot be set"),
         ({"bore": 3.0}, "parameter bore cannot be set after initialization"),
