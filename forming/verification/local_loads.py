@@ -79,7 +79,8 @@ def _converge(name: str, build: Callable[[float], FormingProcess], size: float, 
         lines.append(_line(f"{name}, {load}", coarse, usual))
     words = (
         f"Markers of the {name}, elements of {2.0 * size:g} and {size:g} mm against {SCALES[-1] * size:g} mm, root of the "
-        "mean square over that of the load (T: of the rise). Order and error at h follow from both, where they fall."
+        "mean square over that of the load (T: of the rise). Order and error at h follow from both; an error that falls to more "
+        "than half fits no order (-)."
     )
     return Outcome(rows, "\n".join([words, "", HEAD, *lines]))
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from forming.materials.materials import MaterialSource, as_material, steel_16MnCr5
 from friction_models.common import InputError
-from friction_models.common.ranges import check_range
+from friction_models.common.ranges import check_flag, check_range
 
 from ..ingest.quality import doubts, quality_row
 from ..ingest.raw_campaign import RawCampaign
@@ -48,6 +48,8 @@ class TwinSettings:
     uncertainty: GivenUncertainty | None = field(default_factory=GivenUncertainty)
 
     def __post_init__(self) -> None:
+        self.material = as_material(self.material)
+        self.uniform_pressure = check_flag("SCT twin", "uniform_pressure", self.uniform_pressure)
         limits = {"mesh_size": (0.2, 1.5, "mm"), "spacing": (0.01, 10.0, "mm")}
         if self.upsetting_mu is not None:
             limits["upsetting_mu"] = (0.0, 0.5, "")

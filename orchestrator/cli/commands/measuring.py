@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from friction_models.common import InputError
+from friction_models.common import InputError, unknown_name
 from friction_models.common.wording import counted
 
 from ..common.console import keeping, note, progress, say
 from ..common.files_named import Commands, Reads, Writes
-from ..common.options import Jobs, OutFolder
+from ..common.options import Jobs, OutFolder, key_values
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -115,7 +115,7 @@ def ingest(
     say(report.headline())
 
 
-@app.command(epilog="Example: tribofmu twin campaign -o data")
+@app.command(epilog="Example: tribofmu twin campaign --set material=steel.yaml --check 3 -o data")
 def twin(
     campaign: Annotated[Path, typer.Argument(help="Campaign folder (from lab or ingest).")],
     out: Annotated[OutFolder, Writes("TWIN")],
@@ -126,12 +126,26 @@ def twin(
             help="Compute so many tests at other fidelity and assumptions too, and report the differences."
         ),
     ] = 0,
+    parameters: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="Setting of the twin: material=steel.yaml, mesh_size=0.5, upsetting_mu=0.05. Repeatable.",
+        ),
+        Reads(),
+    ] = None,
 ) -> None:
     """Run the digital twin of every test: adds contact pressure, surface expansion and contact temperature."""
     from sct_twin import SctTwin
 
+    settings = key_values(parameters or [], ("material",))  # the name of a steel may look like a number
+    known = {field.name for field in fields(SctTwin)} - {"thermal", "uncertainty"}
+    for name in settings:
+        if name not in known:
+            raise unknown_name("setting of the twin", name, known)
+    evaluation = SctTwin(**settings)
     with progress("twin") as tick, keeping(lambda: _kept(out)):
-        result = SctTwin().run(campaign, out=out, jobs=jobs, progress=tick, check=check)
+        result = evaluation.run(campaign, out=out, jobs=jobs, progress=tick, check=check)
     data = result.dataset()
     label = "synthetic " if data.synthetic else ""
     say(
