@@ -12,7 +12,7 @@ import yaml
 from typer.testing import CliRunner
 
 from friction_models.common import InputError
-from friction_models.loads.dataset import 
+from friction_models.loads.dataset import DataSet
 from orchestrator.cli.app import app
 
 
@@ -60,5 +60,5 @@ def test_another_steel_slides_on_another_contact(tmp_path: Path) -> None:
         assert not refusal(str(campaign), *more, "-o", str(tmp_path / name), "--jobs", "1")
     settings = json.loads((tmp_path / "other" / "dataset.json").read_text())["twin"]["settings"]
     assert settings["material"]["name"] == "harder"
-    pressure = [.load(tmp_path / n).points["sigma_n"].mean() for n in ("usual", "other")]
+    pressure = [DataSet.load(tmp_path / n).points["sigma_n"].mean() for n in ("usual", "other")]
     assert pressure[1] > 1.1 * pressure[0]
