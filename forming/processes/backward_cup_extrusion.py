@@ -64,19 +64,26 @@ class BackwardCupExtrusion(Extrusion):
 
     Parameters
     ----------
-    diameter, punch_diameter : float
-        Container and punch diameter [mm].
+    diameter : float
+        Bore of the container [mm].
+    punch_diameter : float
+        Land of the punch [mm]; the wall of the cup is half the difference to `diameter`.
     billet_length : float
         Height of the billet [mm].
     mesh_size : float
         Element size under the punch [mm]; smaller on its rounding and where the wall asks for it.
     n_points : int
         Number of material markers, densest on the face under the punch, which becomes the inner wall.
-    edge_radius, land, relief : float
-        Rounding and land of the punch, and how far its shaft steps back behind the land [mm].
-    nose_angle, tip_radius : float
-        Angle between the nose of the punch and a plane across the axis [degrees], 0 is flat; rounding of a
-        conical nose on the axis [mm].
+    edge_radius : float
+        Rounding of the punch between nose and land [mm].
+    land : float
+        Length of the cylindrical part of the punch behind the rounding [mm].
+    relief : float
+        How far the shaft of the punch steps back behind the land [mm].
+    nose_angle : float
+        Angle between the nose of the punch and a plane across the axis [degrees], 0 is flat.
+    tip_radius : float
+        Rounding of a conical nose on the axis [mm].
     ejector_diameter : float, optional
         Ejector under the cup's bottom [mm]; by default 0.95 of `diameter`.
 

@@ -138,9 +138,10 @@ class Extrusion(FormingProcess):
     ----------
     die_outer_diameter : float, optional
         Outer diameter of the die [mm]: it widens elastically; rigid by default.
-    punch_length, press_stiffness : float, optional
-        Length of the punch column [mm] and stiffness of the press [kN/mm]: `stroke` is then that of the ram,
-        ahead of the punch; rigid by default.
+    punch_length : float, optional
+        Length of the punch column [mm], which is shortened by the force; rigid by default.
+    press_stiffness : float, optional
+        Stiffness of the press [kN/mm]; rigid by default. `stroke` is that of the ram, ahead of the punch.
     tool_modulus : float
         Young's modulus of the tools [GPa].
     """

@@ -116,20 +116,29 @@ class ForwardRodExtrusion(Extrusion):
 
     Parameters
     ----------
-    diameter, exit_diameter : float
-        Container and land diameter [mm].
+    diameter : float
+        Bore of the container [mm].
+    exit_diameter : float
+        Land of the die [mm]: the diameter of the rod.
     half_angle : float
         Half the die opening angle [degrees]: 45 for 2 alpha = 90.
     billet_length : float
         Length of the billet [mm].
-    T_billet, T_tool : float
-        Temperatures of billet and tools at the start [degC]. The contact temperature at a marker is the mean
-        of the workpiece and the tool surface.
+    T_billet : float
+        Temperature of the billet at the start [degC].
+    T_tool : float
+        Temperature of the tools at the start [degC]. The contact temperature at a marker is the mean of the workpiece and
+        the tool surface.
     mesh_size : float
         Element size in the die [mm]; smaller on the roundings of the cone where these or the reduction are small.
-    entry_radius, edge_radius, land, relief : float
-        Roundings from container to cone and from cone to land, length of the land, and the radius at its
-        end [mm].
+    entry_radius : float
+        Rounding from container to cone [mm].
+    edge_radius : float
+        Rounding from cone to land [mm].
+    land : float
+        Length of the land of the die [mm].
+    relief : float
+        Radius at the end of the land [mm], behind which the rod runs free.
     container_length : float, optional
         Length of the container above the cone [mm]; by default it ends 2 mm above the billet. The billet must
         stand inside.

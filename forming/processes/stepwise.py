@@ -39,17 +39,20 @@ class StepwiseProcess(ABC):
         Number of material markers on the billet surface.
     thermal : ThermalConditions
         Temperatures at the start and exchange of heat; every process takes these as the keywords below.
-    T_billet, T_tool : float
-        Temperatures of billet and tools at the start [degC].
+    T_billet : float
+        Temperature of the billet at the start [degC].
+    T_tool : float
+        Temperature of the tools at the start [degC].
     tool_heating : bool
         Conduct heat in the tools; False holds their surfaces at `T_tool`.
     tool_material : Material, name or path
         Heat data of the tools.
     htc : float
         Heat transfer coefficient of the contact [kW/(m2 K)].
-    T_ambient, h_ambient : float
-        Temperature [degC] and heat transfer coefficient [W/(m2 K)] of the air around free surfaces, which also
-        radiate; 0 insulates them.
+    T_ambient : float
+        Temperature of the air around free surfaces [degC].
+    h_ambient : float
+        Heat transfer coefficient of the air around free surfaces [W/(m2 K)], which also radiate; 0 insulates them.
     friction_heat_share : float
         Share of the friction heat that is released on the side of the workpiece; the rest on that of the tool.
 

@@ -36,12 +36,16 @@ class Upsetting(FormingProcess):
 
     Parameters
     ----------
-    diameter, height : float
-        Billet [mm].
+    diameter : float
+        Outer diameter of the billet [mm].
+    height : float
+        Height of the billet [mm].
     bore_diameter : float
         Bore of a ring [mm]; 0: a solid cylinder.
-    T_billet, T_tool : float
-        Temperatures at the start [degC].
+    T_billet : float
+        Temperature of the billet at the start [degC].
+    T_tool : float
+        Temperature of the tools at the start [degC].
     mesh_size : float, optional
         Size of the largest elements [mm]; by default the smaller of height and wall, over 12.
     shear_factor : float

@@ -99,7 +99,7 @@ def pack(
         list[str] | None,
         typer.Option(
             "--set",
-            help="Parameter of a solver FMU or option of an export or map: half_angle=45, tolerance=1e-3, axes=v_rel,T.",
+            help="Parameter of a solver FMU (process=fre, bce, upsetting or ring; half_angle=45) or option of an export or map: tolerance=1e-3, axes=v_rel,T.",
         ),
         Reads(),
     ] = None,
