@@ -45,10 +45,10 @@ BLURRED = 0.5
 COUNTED = 0.9
 #: Kind of verdict -> intercept and weights of its grounds.
 WEIGHTS: dict[str, tuple[float, dict[str, float]]] = {
-    "named": (-0.46, {"certain": 0.46, "gap": 1.3}),
-    "ambiguous": (0.19, {"certain": 0.12, "held": 0.53}),
-    "unknown_structure": (-2.78, {"reference": 0.32, "missing": 0.18, "log_tests": 0.65}),
-    "nothing_missing": (-3.02, {"seen": -1.04, "log_tests": 2.08, "missing": -0.73, "structure": -1.29}),
+    "named": (0.13, {"certain": 0.46, "gap": 1.24}),
+    "ambiguous": (-1.44, {"certain": 0.39, "held": 0.54}),
+    "unknown_structure": (1.36, {"reference": 0.25, "missing": -0.52, "log_tests": -0.22}),
+    "nothing_missing": (-2.93, {"seen": -0.86, "log_tests": 1.89, "missing": -0.98, "structure": -0.8}),
 }
 
 
