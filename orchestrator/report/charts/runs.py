@@ -44,6 +44,8 @@ def run_loads_chart(run: Run) -> Chart | None:
         said = f"{name} %{{y:.4g}} at %{{x:.2f}} s<extra></extra>"
         line = {"color": BEFORE if name == MU.name else AFTER, "width": 2}
         chart.scatter(panel, time, middle, hover=said, line=line)
+        if low.min() == high.max():  # plotly would show one unit to either side of a constant
+            chart.figure.update_yaxes(rangemode="tozero", **chart.place(panel))
     return chart.dress(520, x="time [s]")
 
 
