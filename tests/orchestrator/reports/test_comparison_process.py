@@ -74,7 +74,7 @@ def test_the_slider_shows_the_loads_of_the_runs_along_the_surface(place: Path) -
     outline = 2 * float(radius[touching].max()) + COARSE["height"] - STROKE
     assert np.all(np.diff(place_of) > 0) and place_of[-1] == pytest.approx(outline, rel=0.05)
     text = re.sub(r"<[^>]+>", " ", (place / "page.html").read_text().rpartition("<main")[2])
-    assert "Stated errors of the loads" in text and "against the press" in text
+    assert "How far the loads at the contact points may be off" in text and "against the press" in text
 
 
 def test_several_levels_are_sections_of_one_page(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:  # fmt: skip
