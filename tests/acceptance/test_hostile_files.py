@@ -27,7 +27,7 @@ from .hostile import SECRET, archive, archives, members, texts
 NO_FILES = {
     *("demo.out", "demo.hidden", "report.out", "lab.out", "lab.hidden", "ingest.out", "ingest.test_id", "twin.out"),
     *("points.out", "tests.changes"),
-    *("train.family", "train.out", "train.parameters", "evaluate.json", "predict.out", "pack.out", "pack.target"),
+    *("train.family", "train.out", "train.parameters", "twin.parameters", "evaluate.json", "predict.out", "pack.out", "pack.target"),
     *("pack.fmi", "pack.name", "pack.platforms", "pack.parameters", "export.out", "simulate.out", "simulate.mode"),
     *("compare.mode", "compare.process", "compare.parameters", "compare.level", "compare.points"),
     *("compare.runs", "compare.json", "diagnose.json", "diagnose.report", "refine.add", "refine.out"),

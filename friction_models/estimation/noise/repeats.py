@@ -11,7 +11,7 @@ from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import MOST_LEVELS, is_text
 from ..campaign.settings import SAME_SETTING, Indexes, in_units
-from .noise_floor import RepeatsNumbers
+from .noise_floor import RepeatsNumbers, independent_columns
 
 #: Fewest differences between repeats from which a scatter is estimated.
 LEAST_FREEDOM = 3
@@ -61,21 +61,22 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
     """Return the scatter of repeats, or None where too few tests repeat others.
 
     `residual`, shape (m,), is what a model leaves of mu in the bins: small differences of the loads between repeats are taken
-    out by it. The p-value compares the spread of the means of the settings with that of tests dealt at random to settings of
-    the same sizes (permutation test for lack of fit).
+    out by it. The p-value compares what the settings explain beside levels of metadata with what they do of tests dealt at random
+    to settings of the same sizes (permutation test for lack of fit).
     """
     groups = same_settings(campaign)
+    level, own = campaign.of_tests(residual), np.empty((len(campaign.tests), 0))
     freedom = sum(len(g) - 1 for g in groups)
     if freedom < ENOUGH_FREEDOM:
         groups = same_settings(campaign, metadata=False)
         freedom = sum(len(g) - 1 for g in groups)
         if freedom < LEAST_FREEDOM:
             return None
-        levels, spent = _of_levels(campaign, residual, groups)
+        columns = _levels(campaign)
+        offsets, spent = _of_levels(columns, level, groups)
         # on other days or of other batches: what is not the same for each level of them is scatter, or all of it if they are many
         if freedom - spent >= ENOUGH_FREEDOM:
-            residual, freedom = residual - levels[campaign.test], freedom - spent
-    level = campaign.of_tests(residual)
+            own, residual, freedom = columns, residual - offsets[campaign.test], freedom - spent
     square = sum(_square_apart(campaign, residual, g) for g in groups) / freedom
     low, high = (square * freedom / float(chdtri(freedom, q)) for q in (0.025, 0.975))
     return Repeats(
@@ -83,7 +84,7 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
         sum(map(len, groups)),
         float(np.sqrt(square)),
         (float(np.sqrt(low)), float(np.sqrt(high))),
-        _by_chance(level, groups, seed),
+        _by_chance(level, own, groups, seed),
     )
 
 
@@ -116,16 +117,21 @@ def _metadata(campaign: BinnedTests) -> list[FloatArray]:
     return columns
 
 
-def _of_levels(campaign: BinnedTests, residual: FloatArray, groups: list[Indexes]) -> tuple[FloatArray, int]:
+def _levels(campaign: BinnedTests) -> FloatArray:
+    """Return which tests have which level of metadata, but for the first of each column, shape (tests, levels)."""
+    levels = [column[:, None] == np.unique(column)[None, 1:] for column in _metadata(campaign)]
+    return np.column_stack([np.empty((len(campaign.tests), 0)), *levels])
+
+
+def _of_levels(own: FloatArray, level: FloatArray, groups: list[Indexes]) -> tuple[FloatArray, int]:
     """Return what levels of metadata make of the tests beside their settings, shape (tests,), and how many differences that takes.
 
-    Levels and settings add up (analysis of variance without interaction).
+    Levels and settings add up (analysis of variance without interaction). `own` as of `_levels`, `level` of each test.
     """
-    levels = [column[:, None] == np.unique(column)[None, 1:] for column in _metadata(campaign)]
-    own, tests = np.column_stack([np.empty((len(campaign.tests), 0)), *levels]), np.concatenate(groups)
+    tests = np.concatenate(groups)
     setting = np.repeat(np.arange(len(groups)), list(map(len, groups)))
     about = own[tests] - np.array([own[g].mean(axis=0) for g in groups])[setting]
-    level = campaign.of_tests(residual)[tests]
+    level = level[tests]
     apart = level - np.array([level[setting == k].mean() for k in range(len(groups))])[setting]
     found, _, rank, _ = np.linalg.lstsq(about, apart, rcond=1e-9)
     return own @ found, int(rank)
@@ -142,18 +148,26 @@ def _square_apart(campaign: BinnedTests, residual: FloatArray, group: Indexes) -
     return float(np.sum(np.average(about**2, axis=1, weights=weight)))
 
 
-def _by_chance(level: FloatArray, groups: list[Indexes], seed: int) -> float:
+def _by_chance(level: FloatArray, own: FloatArray, groups: list[Indexes], seed: int) -> float:
+    """Return the share of deals in which the settings explain as much of the tests beside levels of metadata, `own`.
+
+    What the levels explain is taken out first, and the rest is dealt (Freedman, Lane, J. Bus. Econ. Stat. 1 (1983) 292).
+    """
     if len(groups) < LEAST_SETTINGS:
         return 1.0
     dealt = np.concatenate(groups)
-    values = level[dealt] - level[dealt].mean()
-    starts = np.cumsum([0, *map(len, groups)])[:-1]
-    sizes = np.array([len(g) for g in groups])
+    sizes = list(map(len, groups))
+    without = independent_columns(np.column_stack([np.ones(len(dealt)), own[dealt]]))
+    setting = np.repeat(np.eye(len(groups)), sizes, axis=0)
+    beside = independent_columns(np.column_stack([without, setting]))
+    left = level[dealt] - without @ (without.T @ level[dealt])
 
-    def between(order: FloatArray) -> float:
-        return float(np.sum(np.add.reduceat(order, starts) ** 2 / sizes))
+    def explained(values: FloatArray) -> float:
+        with_settings = float(np.sum((beside.T @ values) ** 2))
+        rest = max(float(values @ values) - with_settings, 1e-300)
+        return (with_settings - float(np.sum((without.T @ values) ** 2))) / rest
 
     rng = np.random.default_rng(seed)
-    measured = between(values)
-    reached = sum(between(rng.permutation(values)) >= measured for _ in range(DRAWS))
+    measured = explained(left)
+    reached = sum(explained(rng.permutation(left)) >= measured for _ in range(DRAWS))
     return (1 + reached) / (DRAWS + 1)
