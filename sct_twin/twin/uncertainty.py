@@ -48,10 +48,10 @@ class GivenUncertainty:
     #: Natural logarithm of the interface heat transfer coefficient: anything between half and twice is alike
     #: likely, ln 2 / sqrt(3).
     heat_transfer: float = 0.4
-    #: Mesh of the upsetting run: relative, of the pressure, and of the expansion in a filled bore.
+    #: Mesh of the upsetting run: relative, of pressure and expansion.
     mesh: float = 0.008
-    #: The same of the expansion where the side of the specimen folds onto the plate.
-    fold: float = 0.02
+    #: The same where the side of the specimen folds onto the plate: of the expansion beyond 1, relative.
+    fold: float = 0.04
     #: Grid of the sliding model: relative, of the rise above the plate.
     grid: float = 0.006
 
@@ -140,8 +140,9 @@ def load_uncertainties(
     holding = replace(specimen, capacity=scaled(specimen.capacity, more))
     squares_T += change(replace(coarse, specimen=holding), warmer=colder) ** 2
     by_area = change(coarse, 1.0 + AREA_STEP) / math.log1p(AREA_STEP)
-    squares_sigma = (given.mesh * sigma_n) ** 2
-    squares_psi = ((given.mesh if filled else given.fold) * psi) ** 2
+    squares_sigma, squares_psi = (given.mesh * sigma_n) ** 2, (given.mesh * psi) ** 2
+    if not filled:
+        squares_psi += (given.fold * (psi - 1.0)) ** 2
     by_start = change(coarse, warmer=START_STEP) / START_STEP
     squares_T += (by_area * given.mesh) ** 2
     for other in others:
