@@ -18,11 +18,9 @@ from .fmu_files import UnpackedFmu
 from .fmu_variables import Variable
 from .instance import AnyInstance, Instance, Start
 from .ports import Port
-from .separate_process import Apart, Died
+from .separate_process import PATIENCE, Apart, Died
 
 _clock = time.perf_counter
-#: Seconds that an FMU may take to end.
-PATIENCE = 5.0
 
 
 class IsolatedInstance(AnyInstance):

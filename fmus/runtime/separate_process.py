@@ -28,7 +28,7 @@ from friction_models.common.processes.pool import detached_main, follow_parent, 
 
 #: How often a silent process is looked at whether it still lives [s], and how long one may take to end, or be silent in
 #: the middle of an answer [s].
-_LOOK, _PATIENCE = 0.5, 5.0
+_LOOK, PATIENCE = 0.5, 5.0
 #: Bytes of the mark before every answer, and of the longest answer (a hundred million numbers).
 _MARK, _LONGEST = 16, 1 << 30
 #: Kinds of answers: numbers, JSON, an error. Eight bytes, so that numbers stay aligned.
@@ -104,7 +104,7 @@ class Apart:
             if not answer.startswith(self._mark):
                 raise OSError("no answer")
         except (EOFError, OSError) as error:
-            self._end = self._how(_PATIENCE if isinstance(error, EOFError | ConnectionError) else _LOOK)
+            self._end = self._how(PATIENCE if isinstance(error, EOFError | ConnectionError) else _LOOK)
             self._let_go()
             raise Died(self._end) from None
         except BaseException:  # an interrupt: the answer that is still to come belongs to nothing
@@ -132,7 +132,7 @@ class Apart:
 
     def _let_go(self) -> None:
         self._process.kill()
-        self._process.join(_PATIENCE)
+        self._process.join(PATIENCE)
         self._line.close()
         self._stop.close()
 
@@ -143,7 +143,7 @@ class Apart:
         self._end = "its process was closed"
         with contextlib.suppress(OSError, EOFError):
             self._line.send_bytes(b"")
-            self._process.join(_PATIENCE)
+            self._process.join(PATIENCE)
         self._let_go()
 
     def __del__(self) -> None:
@@ -156,7 +156,7 @@ def _bound_waiting(line: Connection) -> None:
     if sys.platform == "win32":  # pipes keep messages apart there
         return
     with socket.socket(fileno=os.dup(line.fileno())) as same:
-        same.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", int(_PATIENCE), 0))
+        same.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", int(PATIENCE), 0))
 
 
 def _let_go_of_servers() -> None:

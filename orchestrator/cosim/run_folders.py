@@ -211,9 +211,13 @@ class Run(Drawn):
         }
         return [f"{name}: {said}" for name, active in contacts.items() if (said := few_points(active))]
 
+    def columns(self) -> dict[str, FloatArray]:
+        """Return the values with one column a contact point, shape (steps + 1, points); of a single number one column."""
+        return {label: v if v.ndim == 2 else v[:, None] for label, v in self.values.items()}
+
     def outside_domain(self) -> list[str]:
         """Return a sentence for each friction model that was asked beyond what it was trained on, at points in contact."""
-        columns = {label: v if v.ndim == 2 else v[:, None] for label, v in self.values.items()}
+        columns = self.columns()
         said = []
         for label, distance in columns.items():
             if not label.endswith(".domain_distance"):

@@ -19,7 +19,6 @@ from friction_models.loads import FloatArray
 from ..records.record import SctRecord
 from .uncertainty import GivenUncertainty, other_dimensions, other_friction
 from .upsetting import (
-    FILLED,
     SPEED,
     ContactAtPoints,
     UpsettingCase,
@@ -119,7 +118,7 @@ def read_at_diameter(
                 upsetting = run_to(SHIFTS[1] * force)
         forces, diameters = _relation(upsetting, force)
         wanted = diameter
-        if diameters[-1] > FILLED * bore and diameter <= bore + 3.0 * READING:
+        if fills(float(diameters[-1]), punch) and diameter <= bore + 3.0 * READING:
             # The print of a filled bore, read somewhat too large.
             wanted = min(diameter, float(diameters[-1]))
         if use or diameters[0] <= wanted <= diameters[-1]:

@@ -26,7 +26,7 @@ def run_loads_chart(run: Run) -> Chart | None:
     component = next((label.rpartition(".")[0] for label in run.values if label.endswith(".sigma_n")), None)
     if component is None:
         return None
-    columns = {label: v if v.ndim == 2 else v[:, None] for label, v in run.values.items()}
+    columns = run.columns()
     active = columns.get(f"{component}.active")
     mask = columns[f"{component}.sigma_n"] > 0.0 if active is None else active > 0.5
     mu = next((v for label, v in columns.items() if label.endswith(".mu") and v.shape == mask.shape), None)
