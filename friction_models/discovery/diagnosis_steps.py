@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..common import InputError
 from ..common.processes.one_blas_thread import one_blas_thread
 from ..common.processes.pool import Progress
 from ..common.processes.stages import Stages
@@ -22,16 +21,11 @@ from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.factors import factors_of
-from ..estimation.campaign.metadata import NOT_METADATA
-from ..estimation.campaign.own_heat import without_own_heat
-from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
-from ..estimation.noise.odd_tests import odd_tests, without_tests
+from ..estimation.noise.noise_floor import NoiseFloor
 from ..estimation.search.base_law import BaseLaw, base_law
 from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
-from ..estimation.search.search_round import distrust_outliers
 from ..estimation.search.unseen_loads import testable
-from ..families.registry import make_model
-from ..loads import LOAD_NAMES, FloatArray, require_loads
+from ..loads import FloatArray
 from ..models.base import FrictionModel
 from ..models.domain import Domain
 from ..models.tangent import polynomial_columns
@@ -45,9 +39,8 @@ from .judge.identifiability import knows_the_noise
 from .judge.unseen_tests import UnseenTests, refitted
 from .judge.unseen_tests_judge import UnseenTestsJudge
 from .judge.verdict import decide, named_verdict
+from .judged_tests import SPARE, spare_averages, tests_beside, without_odd
 
-#: Averages that must be left beside the numbers of the base.
-SPARE = 3
 #: Above this share of spikes the records have to be repaired first; the verdict is ``data_problem``.
 MOST_SPIKES = 0.04
 #: Verdicts that leave structure unexplained, for which empirical terms are sought.
@@ -100,13 +93,10 @@ def diagnose(
         an unknown model or effect.
     """
     stages = Stages(progress)
-    measured = prepare(data, tests)
-    campaign, base, floor = _beside(measured, model, seed)
+    tested = tests_beside(prepare(data, tests), model, seed)
     stages(0, "noise of the tests")  # not before: what is refused is said in one sentence
-    odd = odd_tests(campaign, campaign.average(base.columns), floor) if not base.fixed else []
-    if odd:
-        measured = without_tests(measured, odd)
-        campaign, base, floor = _beside(measured, model, seed)
+    tested = without_odd(tested, model, seed)
+    measured, campaign, base, floor = tested.measured, tested.campaign, tested.base, tested.floor
     stages(15, "effects of the catalogue")
     chosen = CATALOGUE if catalogue is None else catalogue
     effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
@@ -122,7 +112,7 @@ def diagnose(
     if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign.loads, 1))
-        if _spare(campaign, shifted) >= SPARE:
+        if spare_averages(campaign, shifted) >= SPARE:
             beside = _judge(campaign, shifted, candidates, seed, floor, (campaign, shifted), stages)
             if beside.verdict in NAMED and beside.verdict != judged.verdict:
                 judged, base, whole = beside, shifted, (campaign, shifted)
@@ -139,19 +129,6 @@ def diagnose(
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     stages(100, "the answer")
     return answer
-
-
-def _beside(measured: BinnedTests, model: Any, seed: int) -> tuple[BinnedTests, BaseLaw, NoiseFloor | None]:
-    """Return the campaign that is searched, the base beside it, and a first noise floor."""
-    campaign = without_own_heat(measured)
-    campaign.warnings = list(measured.warnings)
-    if isinstance(model, FrictionModel) and model.is_fitted:
-        require_loads(campaign.loads, model.needed_loads, f"the {model.name} model")
-    if len(campaign.tests) > 1:
-        campaign.loads.in_order(memory=True)  # effects with memory are among those that are looked for
-    base = base_law(make_model(model) if isinstance(model, str) else model, campaign, seed)
-    _check_enough(campaign, base)
-    return campaign, base, distrust_outliers(campaign, base)
 
 
 def _judge(
@@ -180,33 +157,6 @@ def _judge(
     confirmed = judge(verdict, chosen, named_verdict(alike, kinds), evidence.bent, alike)
     evidence = replace(evidence, confusion_set=[n for n in alike if n not in confirmed.behind])
     return Judged(searched.found, evidence, confirmed, searched.notes, unseen, searched.beside)
-
-
-def _check_enough(campaign: BinnedTests, base: BaseLaw) -> None:
-    """Refuse data that the base alone can fit exactly.
-
-    Raises InputError: no load varies, or hardly more averages than the base has numbers.
-    """
-    if not any(campaign.varies(n) for n in LOAD_NAMES):
-        names = [n for n, c in sorted(campaign.system.items()) if n not in NOT_METADATA and np.ptp(c) > 0.0]
-        alone = f", nor about columns of the test table ({', '.join(names[:6])}) alone" if names else ""
-        raise InputError(
-            f"data: none of the loads ({', '.join(LOAD_NAMES)}) varies, so nothing can be said about their effects{alone}; "
-            "allowed: tests along which, or between which, at least one of them varies"
-        )
-    averages, spare = len(campaign.starts), _spare(campaign, base)
-    if spare < SPARE:
-        numbers = averages - spare
-        raise InputError(
-            f"data: {averages} averages of mu from {len(campaign.tests)} tests, and the {base.name} model alone has "
-            f"{numbers} numbers; allowed: at least {numbers + SPARE}, by more tests or by time series instead of averages"
-        )
-
-
-def _spare(campaign: BinnedTests, base: BaseLaw) -> int:
-    """Return how many averages are left beside the numbers of the base."""
-    averages = campaign.average(base.columns)
-    return len(averages) - independent_columns(averages).shape[1]
 
 
 def _base_prediction(campaign: BinnedTests, base: BaseLaw) -> FloatArray:

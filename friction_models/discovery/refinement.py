@@ -14,8 +14,9 @@ from ..common.processes.one_blas_thread import one_blas_thread
 from ..common.processes.pool import Progress
 from ..effects import make_effect
 from ..effects.base import Effect
-from ..estimation.campaign.binning import prepare
+from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.metadata import with_all_metadata
+from ..estimation.noise.odd_tests import first_names
 from ..families.composed import ComposedFriction
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
@@ -23,6 +24,7 @@ from ..models.base import FrictionModel
 from ..models.domain import Domain
 from ..models.measures import error_measures
 from .judge.unseen_tests import folds_of, names_of, predicted_unseen
+from .judged_tests import tests_beside, without_odd
 from .resampling import before_and_after
 
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
@@ -79,6 +81,8 @@ def refine(
     confirmed against the ordinary fit of `model` on whole tests that the fit did not see: those of another
     role, else by cross-validation. The errors before and after are appended to ``error_history_``.
 
+    Tests that lie far off what all others say are left out as by `diagnose`, and named in ``judged_by``.
+
     A fault of the data (`sensor_drift`, ...) corrects the measurements and is no part of the model's predictions or
     files. For the errors it is taken off the measured mu, so that the model is judged by what the friction was.
 
@@ -121,6 +125,7 @@ def refine(
     present = list(base.effects) if isinstance(base, ComposedFriction) else []
     held_effects = [make_effect(e) for e in [*present, *added]]
     campaign = prepare(data, tests)
+    campaign, odd = _without_odd(campaign, base, seed) if added else (campaign, ())
     metadata = [m for e in held_effects for m in e.metadata]
     loads, mu = with_all_metadata(campaign.loads, metadata), campaign.mu
     read = with_all_metadata(campaign.as_read, metadata)
@@ -148,6 +153,8 @@ def refine(
         if held is not None
         else f"{len(folds)}-fold cross-validation by whole tests"
     )
+    if odd:
+        by += f", without {first_names(odd)}, far off what all others say"
     if folds:
         seen = np.isfinite(after)
         groups = names_of(loads, seen)
@@ -174,6 +181,17 @@ def refine(
     # what was trained on is what was read, noise of the sensors included
     fitted.domain_ = fitted.base_.domain_ = Domain.of(read if held is None else read.take(~held))
     return fitted.record_data(data.attrs).record_tests(data)
+
+
+def _without_odd(
+    campaign: BinnedTests, base: FrictionModel, seed: int
+) -> tuple[BinnedTests, tuple[str, ...]]:
+    """Return the tests that `diagnose` judges, and the names of those that lie far off what all others say."""
+    try:
+        found = without_odd(tests_beside(campaign, base, seed), base, seed)
+    except InputError:  # too little to look for effects can be enough to fit one that is given
+        return campaign, ()
+    return found.measured, found.odd
 
 
 def history_text(history: Sequence[Mapping[str, Any]]) -> str:

@@ -199,8 +199,8 @@ class Effect:
             for s in self.shapes
         }
 
-    def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
-        """Return between which values a fit may move a shape parameter whose scan values these are."""
+    def limits(self, shape: ShapeParameter, values: FloatArray, spans: Spans) -> tuple[float, float]:
+        """Return between which values a fit may move a shape parameter whose scan values these are, for data with these spans."""
         least, most = float(values.min()), float(values.max())
         # temperatures may be negative: beyond a last one of -2 degC there is as much room as there are values below
         room = max(abs(most), most - least)

@@ -12,7 +12,7 @@ from ...effects.empirical.curves import Part, curve, factor
 from ...effects.empirical.effect import Empirical
 from ...effects.empirical.terms import Term
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.search.candidates import OPS
+from ...estimation.search.candidates import OPS, tested_ranges
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray
 
@@ -36,10 +36,7 @@ class Bins:
         u, s, _ = np.linalg.svd(columns, full_matrices=False)
         self.campaign, self.columns, self.y = campaign, u[:, s > 1e-7 * s[0]], y
         matrix = campaign.loads.as_array()
-        self.spans = {
-            f"range of {n}": (float(c.min()), float(c.max()))
-            for n, c in zip(LOAD_NAMES, matrix.T, strict=True)
-        }
+        self.spans = tested_ranges(campaign.loads)
         self.loads = dict(zip(LOAD_NAMES, (campaign.average(c)[:, None] for c in matrix.T), strict=True))
         self._pieces(matrix)
         self._factors: dict[object, FloatArray] = {}
@@ -64,7 +61,7 @@ class Bins:
     def logarithms(self) -> tuple[str, ...]:
         """Loads that go over a wide ratio."""
         spans = {n: self.spans[f"range of {n}"] for n in ("v_rel", "sigma_n", "psi")}
-        return tuple(n for n, (low, high) in spans.items() if high > WIDE * low)
+        return tuple(n for n, (low, high, *_) in spans.items() if high > WIDE * low)
 
     def evaluate(self, effect: Empirical, shape: Mapping[str, float]) -> FloatArray:
         """Return the basis of an effect in the bins, shape (m, 1)."""
@@ -109,8 +106,7 @@ class Bins:
         """Return a curve of a product, one axis for each shape parameter of the product."""
         wide = part.form not in {"line", "share", "wave"}
         own = [n for n in grids if n.endswith(f"_{k}") or (n == "w" and wide)]
-        sizes = tuple(len(grids[n]) for n in own)
-        key = (part.form, part.load, sizes)
+        key = (part.form, part.load, *(grids[n].tobytes() for n in own))
         if key not in self._factors:
             mesh = np.meshgrid(*(grids[n] for n in own), indexing="ij") if own else []
             rows = {n: g.ravel()[None, :] for n, g in zip(own, mesh, strict=True)}

@@ -47,7 +47,9 @@ class _Problem:
         self.bins, self.weigh, self.effects, self.start = bins, weigh, effects, start
         self.free = [(k, s) for k, e in enumerate(effects) for s in e.free_shapes]
         grids = [e.grids(bins.spans) for e in effects]
-        limits = [[s.inner(v) for v in effects[k].limits(s, grids[k][s.name])] for k, s in self.free]
+        limits = [
+            [s.inner(v) for v in effects[k].limits(s, grids[k][s.name], bins.spans)] for k, s in self.free
+        ]
         self.low, self.high = np.array(limits, dtype=np.float64).reshape(-1, 2).T
         self.q = np.linalg.qr(weigh(bins.columns))[0]
         self.target = self._beside(weigh(bins.y))

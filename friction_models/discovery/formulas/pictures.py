@@ -49,7 +49,7 @@ def term_curves(bins: Bins, weigh: Weigh, effects: Sequence[Empirical], fitted: 
     curves = []
     for k, effect in enumerate(effects):
         load, *other = effect.driver
-        low, high = bins.spans[f"range of {load}"]
+        low, high, *_ = bins.spans[f"range of {load}"]
         x = np.linspace(low, high, PLACES)
         levels = np.quantile(bins.loads[other[0]], LEVELS) if other else [0.0]
         for level in levels:

@@ -25,6 +25,9 @@ TINY = 1e-9
 #: Largest values below this count as this.
 SMALL = 1e-6
 
+#: Ranges of the loads in the tests: lowest and highest value and, where known, the widest untested part of the range and of the
+#: range of the logarithm, as shares.
+Ranges = Mapping[str, tuple[float, ...]]
 #: Curves of a product that have no parameters.
 STRAIGHT = ("line", "share")
 
@@ -118,34 +121,36 @@ def in_product(part: Part, k: int) -> tuple[ShapeParameter, ...]:
     return () if part.form in STRAIGHT else (centre(f"c_{k}", part),)
 
 
-def centres(part: Part, ranges: Mapping[str, tuple[float, float]], several: int) -> Sequence[float]:
+def centres(part: Part, ranges: Ranges, several: int) -> Sequence[float]:
     """Return scan values of the middle of a curve within the tested range."""
     if part.added:
         return tuple(np.linspace(0.15, 1.65, several))
     if part.other:
         return tuple(np.geomspace(0.03, 0.8, several))
-    low, high = ranges[load_of(part.load)]
+    low, high, *_ = ranges[load_of(part.load)]
     if part.logarithmic:
         return tuple(np.geomspace(max(low, LEAST * high) * 1.3, 0.85 * high, several))
     return tuple(np.maximum(np.linspace(low, high, several + 2)[1:-1], centre("c", part).lower))
 
 
 def wave_grid(
-    part: Part, ranges: Mapping[str, tuple[float, float]], waves: Sequence[float], ending: str = ""
+    part: Part, ranges: Ranges, waves: Sequence[float], ending: str = ""
 ) -> dict[str, Sequence[float]]:
     """Return scan values of a wave that goes so often over the tested range."""
-    low, high = ranges[load_of(part.load)]
-    return {f"l{ending}": tuple((high - low) / n for n in waves), f"f{ending}": (0.25, 0.375, 0.5, 0.625)}
+    low, high, *_ = ranges[load_of(part.load)]
+    shown = shown_length(part, ranges)
+    lengths = dict.fromkeys(max((high - low) / n, shown) for n in waves)
+    return {f"l{ending}": tuple(lengths), f"f{ending}": (0.25, 0.375, 0.5, 0.625)}
 
 
-def alone_grid(part: Part, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Sequence[float]]:
+def alone_grid(part: Part, ranges: Ranges) -> dict[str, Sequence[float]]:
     """Return scan values of the parameters of a curve that is a whole term."""
-    low, high = ranges[load_of(part.load)]
+    low, high, *_ = ranges[load_of(part.load)]
     rise = 1.0 if part.logarithmic or part.added else high - low
     relative = (
         (0.12, 0.4, 1.0) if part.logarithmic else (0.06, 0.15, 0.35) if part.added else (0.05, 0.1, 0.2)
     )
-    width = tuple(rise * r for r in relative)
+    width = tuple(max(rise * r, shown_width(part, ranges)) for r in relative)
     several = 7 if part.other else 12
     zero = 1.0 if part.load == "psi" else 0.0
     scale = tuple(np.geomspace(0.03, 1.0, 7) * max(high - zero, 1e-9))
@@ -168,9 +173,30 @@ def alone_grid(part: Part, ranges: Mapping[str, tuple[float, float]]) -> dict[st
     return found | ({"k": (0.3, 0.8, 1.6) if part.added else (0.5, 1.0, 2.0)} if part.other else {})
 
 
-def product_grid(
-    part: Part, k: int, ranges: Mapping[str, tuple[float, float]], several: int
-) -> dict[str, Sequence[float]]:
+def shown_width(part: Part, ranges: Ranges, shared: bool = False) -> float:
+    """Return the least width of a bump that the tests show; as a share of the range where `shared` in a product.
+
+    It is three quarters of the widest untested part of the range: a narrower bump would rise and fall where no test is.
+    """
+    low, high, *untested = ranges[load_of(part.load)]
+    if part.form != "bump" or part.other or not untested:
+        return 0.0
+    share = 0.75 * untested[part.logarithmic]
+    if shared:
+        return share
+    return share * (np.log(high / max(low, LEAST * high)) if part.logarithmic else high - low)
+
+
+def shown_length(part: Part, ranges: Ranges) -> float:
+    """Return the least length of a wave from which a fit may start: three times the widest untested part of the range.
+
+    A fit may shorten it by 0.7; a wave of less than two steps between tested values looks like a longer one.
+    """
+    low, high, *untested = ranges[load_of(part.load)]
+    return 3.0 * untested[0] * (high - low) if untested else 0.0
+
+
+def product_grid(part: Part, k: int, ranges: Ranges, several: int) -> dict[str, Sequence[float]]:
     """Return scan values of the parameters of curve `k` of a product, without the common width."""
     if part.form == "wave":
         return wave_grid(part, ranges, (0.75, 1.25, 1.75, 2.5), f"_{k}")

@@ -44,17 +44,18 @@ class Empirical(Effect):
         """Return the scan values, and as the edges of the fade the ranges of the data."""
         ranges = {n: _range(spans, n) for n in LOAD_NAMES}
         found = {n: np.asarray(v, dtype=np.float64) for n, v in self.term.grids(ranges).items()}
-        for name, (low, high) in ranges.items():
+        for name, (low, high, *_) in ranges.items():
             found |= {f"lo_{name}": np.array([low]), f"hi_{name}": np.array([high])}
         return {n: np.array([self.fixed[n]]) if n in self.fixed else v for n, v in found.items()}
 
-    def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
-        """Return as for any effect; the middle of a curve stays within the tests, where they show it."""
-        low, high = super().limits(shape, values)
+    def limits(self, shape: ShapeParameter, values: FloatArray, spans: Spans) -> tuple[float, float]:
+        """Return as for any effect; middle and width of a curve stay within what the tests show."""
+        low, high = super().limits(shape, values, spans)
         if shape.name.startswith("f"):
             return shape.lower, shape.upper
-        if shape.name == "w" and len(self.term.parts) > 1:
-            return shape.lower, high
+        if shape.name == "w":
+            shown = self.term.least_width({n: _range(spans, n) for n in self.term.loads})
+            return max(shape.lower if len(self.term.parts) > 1 else low, shown), high
         if shape.name.startswith("l"):
             return 0.7 * float(values.min()), 1.5 * float(values.max())
         if not shape.name.startswith("c"):
@@ -95,10 +96,10 @@ class Empirical(Effect):
         return float(mean[0, 0]) if one else mean, slopes
 
 
-def _range(spans: Spans, name: str) -> tuple[float, float]:
-    """Return the tested range of a load; where it does not vary, a little around it."""
-    low, high, *_ = spans.get(f"range of {name}", spans.get(name, (0.0, QUANTITIES[name].nominal)))
-    return (low, high) if high > low else (low, low + max(1e-3, 1e-3 * abs(low)))
+def _range(spans: Spans, name: str) -> tuple[float, ...]:
+    """Return the tested range of a load, where it does not vary a little around it, and its widest untested parts."""
+    low, high, *untested = spans.get(f"range of {name}", spans.get(name, (0.0, QUANTITIES[name].nominal)))
+    return (low, high if high > low else low + max(1e-3, 1e-3 * abs(low)), *untested)
 
 
 def _place(column: Value, name: str, p: Parameters) -> Value:

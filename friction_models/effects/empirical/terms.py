@@ -18,6 +18,7 @@ from .curves import (
     STRAIGHT,
     Parameters,
     Part,
+    Ranges,
     alone,
     alone_grid,
     curve,
@@ -28,6 +29,7 @@ from .curves import (
     load_of,
     product_grid,
     quantity_text,
+    shown_width,
 )
 
 #: Curves over one load, over a product or quotient of two, and in products of two curves.
@@ -116,7 +118,7 @@ class Term:
         first, second = (factor(x, part, k, loads, p) for k, part in enumerate(self.parts, 1))
         return first * second
 
-    def grids(self, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Sequence[float]]:
+    def grids(self, ranges: Ranges) -> dict[str, Sequence[float]]:
         """Return scan values of the parameters for data with these ranges of the loads."""
         if len(self.parts) == 1:
             return alone_grid(self.parts[0], ranges)
@@ -124,7 +126,12 @@ class Term:
         found: dict[str, Sequence[float]] = {}
         for k, p in enumerate(self.parts, 1):
             found |= product_grid(p, k, ranges, several)
-        return found | ({"w": (0.12, 0.3)} if self._wide else {})
+        least = self.least_width(ranges)
+        return found | ({"w": [max(w, least) for w in (0.12, 0.3)]} if self._wide else {})
+
+    def least_width(self, ranges: Ranges) -> float:
+        """Return the least width that data with these ranges of the loads show; 0 where each does."""
+        return max(shown_width(p, ranges, len(self.parts) > 1) for p in self.parts)
 
 
 @cache

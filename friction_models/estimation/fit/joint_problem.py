@@ -221,7 +221,7 @@ class JointProblem:
 
     def limits(self, k: int, shape: ShapeParameter) -> tuple[float, float]:
         """Return between which values a shape parameter of effect `k` is sought."""
-        return self.effects[k].limits(shape, self.grids[k][shape.name])
+        return self.effects[k].limits(shape, self.grids[k][shape.name], self.spans)
 
     def _scan(self) -> None:
         """Take the best set of scan values of every effect beside the others."""

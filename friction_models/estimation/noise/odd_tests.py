@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -143,7 +144,7 @@ def _reached(campaign: BinnedTests, kept: Mask, levels: list[Indexes]) -> Mask:
 def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
     """Return the campaign without some tests, with a warning that names them."""
     keep: npt.NDArray[np.bool_] = ~np.isin(np.array(campaign.tests)[campaign.point_test], names)
-    told = ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")
+    told = first_names(names)
     what = "one test lies" if len(names) == 1 else f"{len(names)} tests lie"
     warning = (
         f"{what} far off what all others say and was left out ({told}): look at its record"
@@ -151,3 +152,14 @@ def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
         else (f"{what} far off what all others say and were left out ({told}): look at their records")
     )
     return replace(campaign.part(keep), warnings=[*campaign.warnings, warning], spikes=campaign.spikes)
+
+
+def first_names(names: Sequence[str]) -> str:
+    """Return the first names of a list.
+
+    Examples
+    --------
+    >>> first_names(["S03", "S17"]), first_names(list("abcdef"))
+    ('S03, S17', 'a, b, c, d, e ...')
+    """
+    return ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...common import InputError
 from ...effects.base import Effect, EffectContext
+from ...effects.empirical.curves import LEAST
 from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ...loads.time_steps import rests, time_steps
@@ -17,6 +18,8 @@ from ..campaign.binning import BinnedTests
 from ..campaign.metadata import metadata_spans
 
 OPS = NumpyOps()
+#: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
+THIN, OUTER = 0.01, 0.025
 
 
 @dataclass
@@ -35,6 +38,26 @@ class Candidate:
 def load_columns(loads: TriboLoads) -> LoadColumns:
     """Return the loads as columns for a formula."""
     return LoadColumns(*(c[:, None] for c in loads.as_array().T))
+
+
+def tested_ranges(loads: TriboLoads) -> dict[str, tuple[float, ...]]:
+    """Return lowest and highest value of each load, ``range of T``, and its widest untested part and that of its logarithm.
+
+    The untested parts are shares of the range. Three speeds in equal steps leave 0.5; values everywhere leave about 0.01.
+    """
+    found: dict[str, tuple[float, ...]] = {}
+    for name, values in zip(LOAD_NAMES, loads.as_array().T, strict=True):
+        low, high = float(values.min()), float(values.max())
+        logarithms = np.log(np.maximum(values, max(LEAST * high, 1e-300)))
+        found[f"range of {name}"] = (low, high, _untested(values), _untested(logarithms))
+    return found
+
+
+def _untested(values: FloatArray) -> float:
+    size = float(np.ptp(values))
+    outer, thin = int(OUTER * len(values)), max(int(THIN * len(values)), 1)
+    inner = np.sort(values)[outer : len(values) - outer]
+    return float(np.max(inner[thin:] - inner[:-thin], initial=0.0)) / size if size > 0.0 else 0.0
 
 
 def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ...]]:
@@ -56,9 +79,7 @@ def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ..
         "sigma_n_hot": _span(loads.sigma_n * np.exp(0.005 * np.clip(loads.T - 20.0, 0.0, 1000.0))),
         "flash": _span(np.maximum(mu, 1e-6) * loads.sigma_n * np.sqrt(loads.v_rel)),
     }
-    matrix = loads.as_array()
-    ends = zip(LOAD_NAMES, matrix.min(axis=0), matrix.max(axis=0), strict=True)
-    spans |= {f"range of {name}": (float(low), float(high)) for name, low, high in ends}
+    spans |= tested_ranges(loads)
     lasts = np.r_[campaign.point_starts[1:], len(loads)] - 1
     lengths = campaign.distance[lasts]
     work = np.maximum(mu, 1e-6) * loads.sigma_n * 1e-3

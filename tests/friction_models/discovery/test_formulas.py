@@ -128,6 +128,24 @@ def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch:
     assert np.mean(seen) < 0.85 and np.mean(unseen) > 0.93, (seen, unseen)
 
 
+@pytest.mark.parametrize("name", ["line(v_rel)*bump(psi)", "bump(psi)", "wave(psi)"])
+def test_a_curve_does_not_turn_between_the_levels_that_were_tested(name: str) -> None:
+    """Three punches, three psi: what mu does between them, a smooth law, is drawn without hills of the term's own."""
+    data = hiding(None, seed=5, tests=81)
+    level = np.repeat(np.tile([1.08, 1.37, 1.76], 27), 20)
+    data["psi"] = level + 0.01 * (data["psi"] - 1.4)
+    curved = np.arctan((data["psi"] - 1.3) / 0.2)
+    data["part"] = 0.006 * curved * (data["v_rel"] / data["v_rel"].max() if "line" in name else 1.0)
+    data["mu"] += data["part"]
+    model = refine(data, add=[f"empirical:{name}"])
+    between = data.assign(psi=level + 0.15)[level < 1.7]
+    law = 0.15 + 1e-5 * between["v_rel"] - 1e-5 * between["sigma_n"]
+    part = 0.006 * np.arctan((between["psi"] - 1.3) / 0.2)
+    part *= between["v_rel"] / data["v_rel"].max() if "line" in name else 1.0
+    error = model.predict_frame(between) - (law + part).to_numpy()
+    assert np.sqrt(np.mean((error - error.mean()) ** 2)) < 0.002
+
+
 @pytest.fixture(scope="module")
 def resonance() -> pd.DataFrame:
     return hiding(lambda d: np.exp(-(((d["T"] - 160.0) / 45.0) ** 2)), seed=3, strength=2.5)

@@ -269,3 +269,16 @@ def test_a_fault_that_only_mends_the_form_of_what_is_named_is_not_named() -> Non
     case = next(c for c in cases(120) if c.laws == ("breakdown_lowered",) and c.recipe == "quantised")
     made = make(case)
     assert diagnose(made.data, made.tests).effects == ["hot_pressure_breakdown"]
+
+
+def test_refine_judges_by_the_tests_that_diagnose_judges_by() -> None:
+    data = along_and_between(0)
+    slipped = data["test_id"] == "t7"
+    data.loc[slipped, "mu"] += 0.12  # the gauge slipped
+    said = diagnose(data, model="constant").warnings
+    assert any("left out (t7)" in sentence for sentence in said)
+    entry = refine(data, model="constant", add="rising_speed").error_history_[-1]
+    without = refine(data[~slipped], model="constant", add="rising_speed").error_history_[-1]
+    assert entry["judged_by"] == without["judged_by"] + ", without t7, far off what all others say"
+    for when in ("before", "after"):
+        assert entry[when] == pytest.approx(without[when])
