@@ -199,12 +199,19 @@ class Effect:
             for s in self.shapes
         }
 
-    def limits(self, shape: ShapeParameter, values: FloatArray, spans: Spans) -> tuple[float, float]:
-        """Return between which values a fit may move a shape parameter whose scan values these are, for data with these spans."""
+    def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
+        """Return between which values a fit may move a shape parameter whose scan values these are."""
         least, most = float(values.min()), float(values.max())
         # temperatures may be negative: beyond a last one of -2 degC there is as much room as there are values below
         room = max(abs(most), most - least)
         return max(shape.lower, least - 0.5 * abs(least)), min(shape.upper, most + room)
+
+    def doubt(self, shape: Mapping[str, float], spans: Spans) -> float:
+        """Return how far shape parameters go beyond what data with these spans can show, in standard errors of an average.
+
+        A fit counts it as one more residual, so of two shapes that the data tell hardly apart it takes the one without.
+        """
+        return 0.0
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         """Return one column of shape [n, 1] per amplitude.

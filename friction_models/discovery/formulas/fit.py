@@ -47,9 +47,7 @@ class _Problem:
         self.bins, self.weigh, self.effects, self.start = bins, weigh, effects, start
         self.free = [(k, s) for k, e in enumerate(effects) for s in e.free_shapes]
         grids = [e.grids(bins.spans) for e in effects]
-        limits = [
-            [s.inner(v) for v in effects[k].limits(s, grids[k][s.name], bins.spans)] for k, s in self.free
-        ]
+        limits = [[s.inner(v) for v in effects[k].limits(s, grids[k][s.name])] for k, s in self.free]
         self.low, self.high = np.array(limits, dtype=np.float64).reshape(-1, 2).T
         self.q = np.linalg.qr(weigh(bins.columns))[0]
         self.target = self._beside(weigh(bins.y))
@@ -78,15 +76,19 @@ class _Problem:
                 shapes[k][s.name] = s.outer(float(value))
             return shapes
 
-        def rest(theta: FloatArray) -> FloatArray:
-            c = self._terms(at(theta))
-            return np.asarray(self.target - c @ np.linalg.lstsq(c, self.target, rcond=1e-9)[0])
+        def rest(theta: FloatArray, size: float = 0.0) -> FloatArray:
+            shapes = at(theta)
+            c = self._terms(shapes)
+            doubts = [size * e.doubt(s, self.bins.spans) for e, s in zip(self.effects, shapes, strict=True)]
+            return np.r_[self.target - c @ np.linalg.lstsq(c, self.target, rcond=1e-9)[0], doubts]
 
         begin = np.array([s.inner(self.start[k][s.name]) for k, s in self.free])
         solver: Any = least_squares
+        begin = np.clip(begin, self.low + 1e-9, self.high - 1e-9)
+        size = float(np.sqrt(np.mean(rest(begin) ** 2)))
         found = solver(
-            rest,
-            np.clip(begin, self.low + 1e-9, self.high - 1e-9),
+            lambda theta: rest(theta, size),
+            begin,
             bounds=(self.low, self.high),
             diff_step=1e-4,
             max_nfev=MOST_STEPS,

@@ -138,9 +138,7 @@ def wave_grid(
 ) -> dict[str, Sequence[float]]:
     """Return scan values of a wave that goes so often over the tested range."""
     low, high, *_ = ranges[load_of(part.load)]
-    shown = shown_length(part, ranges)
-    lengths = dict.fromkeys(max((high - low) / n, shown) for n in waves)
-    return {f"l{ending}": tuple(lengths), f"f{ending}": (0.25, 0.375, 0.5, 0.625)}
+    return {f"l{ending}": tuple((high - low) / n for n in waves), f"f{ending}": (0.25, 0.375, 0.5, 0.625)}
 
 
 def alone_grid(part: Part, ranges: Ranges) -> dict[str, Sequence[float]]:
@@ -150,7 +148,7 @@ def alone_grid(part: Part, ranges: Ranges) -> dict[str, Sequence[float]]:
     relative = (
         (0.12, 0.4, 1.0) if part.logarithmic else (0.06, 0.15, 0.35) if part.added else (0.05, 0.1, 0.2)
     )
-    width = tuple(max(rise * r, shown_width(part, ranges)) for r in relative)
+    width = tuple(rise * r for r in relative)
     several = 7 if part.other else 12
     zero = 1.0 if part.load == "psi" else 0.0
     scale = tuple(np.geomspace(0.03, 1.0, 7) * max(high - zero, 1e-9))
@@ -173,34 +171,25 @@ def alone_grid(part: Part, ranges: Ranges) -> dict[str, Sequence[float]]:
     return found | ({"k": (0.3, 0.8, 1.6) if part.added else (0.5, 1.0, 2.0)} if part.other else {})
 
 
-def shown_width(part: Part, ranges: Ranges, shared: bool = False) -> float:
-    """Return the least width of a bump that the tests show; as a share of the range where `shared` in a product.
-
-    It is three quarters of the widest untested part of the range: a narrower bump would rise and fall where no test is.
-    """
-    low, high, *untested = ranges[load_of(part.load)]
-    if part.form != "bump" or part.other or not untested:
-        return 0.0
-    share = 0.75 * untested[part.logarithmic]
-    if shared:
-        return share
-    return share * (np.log(high / max(low, LEAST * high)) if part.logarithmic else high - low)
-
-
-def shown_length(part: Part, ranges: Ranges) -> float:
-    """Return the least length of a wave from which a fit may start: three times the widest untested part of the range.
-
-    A fit may shorten it by 0.7; a wave of less than two steps between tested values looks like a longer one.
-    """
-    low, high, *untested = ranges[load_of(part.load)]
-    return 3.0 * untested[0] * (high - low) if untested else 0.0
-
-
 def product_grid(part: Part, k: int, ranges: Ranges, several: int) -> dict[str, Sequence[float]]:
     """Return scan values of the parameters of curve `k` of a product, without the common width."""
     if part.form == "wave":
         return wave_grid(part, ranges, (0.75, 1.25, 1.75, 2.5), f"_{k}")
     return {} if part.form in STRAIGHT else {f"c_{k}": centres(part, ranges, several)}
+
+
+def shown_width(part: Part, ranges: Ranges, share: bool) -> float:
+    """Return the width of a bump as wide as the widest untested part of the range, as a `share` of the range or as it is; else 0.
+
+    A narrower one can rise and fall where no test is.
+    """
+    if part.form != "bump" or part.other:
+        return 0.0
+    low, high, *untested = ranges[load_of(part.load)]
+    if not untested:
+        return 0.0
+    whole = np.log(high / max(low, LEAST * high)) if part.logarithmic else high - low
+    return float(untested[part.logarithmic] * (1.0 if share else whole))
 
 
 # --- values -------------------------------------------------------------------------------------------

@@ -21,6 +21,8 @@ PREFIX = "empirical:"
 FADE = 0.1
 #: Places along each load at which the straight part of a term is found.
 PLACES = {1: 33, 2: 12}
+#: Standard errors against a bump that is narrower by a factor e than the widest untested part of its load.
+NARROW = 1.0
 _OPS = NumpyOps()
 
 
@@ -48,14 +50,13 @@ class Empirical(Effect):
             found |= {f"lo_{name}": np.array([low]), f"hi_{name}": np.array([high])}
         return {n: np.array([self.fixed[n]]) if n in self.fixed else v for n, v in found.items()}
 
-    def limits(self, shape: ShapeParameter, values: FloatArray, spans: Spans) -> tuple[float, float]:
-        """Return as for any effect; middle and width of a curve stay within what the tests show."""
-        low, high = super().limits(shape, values, spans)
+    def limits(self, shape: ShapeParameter, values: FloatArray) -> tuple[float, float]:
+        """Return as for any effect; the middle of a curve stays within the tests, where they show it."""
+        low, high = super().limits(shape, values)
         if shape.name.startswith("f"):
             return shape.lower, shape.upper
-        if shape.name == "w":
-            shown = self.term.least_width({n: _range(spans, n) for n in self.term.loads})
-            return max(shape.lower if len(self.term.parts) > 1 else low, shown), high
+        if shape.name == "w" and len(self.term.parts) > 1:
+            return shape.lower, high
         if shape.name.startswith("l"):
             return 0.7 * float(values.min()), 1.5 * float(values.max())
         if not shape.name.startswith("c"):
@@ -64,6 +65,13 @@ class Empirical(Effect):
         step = (most - least) / max(len(values) - 1, 1)
         below, above = least - 0.3 * abs(least), most + 0.2 * abs(most)
         return max(low, least - 0.9 * step, below), min(high, most + 0.9 * step, above)
+
+    def doubt(self, shape: Mapping[str, float], spans: Spans) -> float:
+        """Return by how many e-folds bumps are narrower than the widest untested part of their load."""
+        ranges = {n: _range(spans, n) for n in self.term.loads}
+        return NARROW * sum(
+            max(np.log(w / shape["w"]), 0.0) for w in self.term.shown_widths(ranges) if w > 0.0
+        )
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         loads = {n: getattr(L, n) for n in self.term.loads}

@@ -126,12 +126,11 @@ class Term:
         found: dict[str, Sequence[float]] = {}
         for k, p in enumerate(self.parts, 1):
             found |= product_grid(p, k, ranges, several)
-        least = self.least_width(ranges)
-        return found | ({"w": [max(w, least) for w in (0.12, 0.3)]} if self._wide else {})
+        return found | ({"w": (0.12, 0.3)} if self._wide else {})
 
-    def least_width(self, ranges: Ranges) -> float:
-        """Return the least width that data with these ranges of the loads show; 0 where each does."""
-        return max(shown_width(p, ranges, len(self.parts) > 1) for p in self.parts)
+    def shown_widths(self, ranges: Ranges) -> list[float]:
+        """Return how wide bumps must be to be seen in data with these ranges of the loads, in the unit of ``w``; 0 for other curves."""
+        return [shown_width(p, ranges, len(self.parts) > 1) for p in self.parts]
 
 
 @cache

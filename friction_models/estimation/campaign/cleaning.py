@@ -19,6 +19,10 @@ SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in eve
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
 STEPS = 2.5  # of the resolution: noise around the edge of a step jumps by one or two of them
 MOST_VALUES = 0.1  # share of the points that differ: with fewer values mu was rounded
+NEARBY = (
+    15  # points on either side of one: a logger that rounds jumps to a value that the test has there, too
+)
+AGREE = 3  # points nearby of the same value, to a quarter of the distance: the value is no spike
 
 
 def without_gaps(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
@@ -93,7 +97,8 @@ def _all_several_times(held: Mapping[str, bytes]) -> set[str]:
 def without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> FloatArray:
     """Return mu with single points far off their neighbours replaced by the median of five around them.
 
-    Monotone stretches pass unchanged, also steep ones: break-away and running-in are not spikes.
+    Monotone stretches pass unchanged, also steep ones: break-away and running-in are not spikes. So does a value that the test has
+    several times nearby: a logger that rounds the force jumps by a step, which in mu follows the pressure.
     """
     if len(mu) < 10:
         return mu
@@ -105,6 +110,10 @@ def without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> Floa
     second = np.where(names[2:] == names[:-2], np.abs(np.diff(mu, 2)), np.nan)
     noise = 1.4826 / np.sqrt(6.0) * pd.Series(second).groupby(names[1:-1]).transform("median").to_numpy()
     spike = distance > np.fmax(12.0 * noise[1:-1], max(SPIKE, STEPS * _resolution(mu)))
+    for k in np.flatnonzero(spike):
+        near = slice(max(k + 2 - NEARBY, 0), k + 3 + NEARBY)
+        alike = (np.abs(mu[near] - mu[k + 2]) < 0.25 * distance[k]) & (names[near] == names[k + 2])
+        spike[k] = np.count_nonzero(alike) <= AGREE  # itself is one of them
     if not spike.any():
         return mu
     warnings.append(f"left out, far off their neighbours: {counted(int(spike.sum()), 'single point')}")

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from scipy.optimize import least_squares, lsq_linear
 
 from ...effects.base import Effect
+from ...effects.empirical.effect import Empirical
 from ...effects.parameters import ShapeParameter
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
@@ -89,9 +90,9 @@ class JointProblem:
         """Fall back to ordinary least squares where it predicts tests left out better.
 
         Generalised least squares relies on what varies within tests. If the formula of an effect is not quite right, this can
-        spoil the levels of the tests.
+        spoil the levels of the tests. Empirical terms were chosen, and are offered, by the weights.
         """
-        if self.layout is None:
+        if self.layout is None or any(isinstance(e, Empirical) for e in self.effects):
             return
         weighted, shapes = self.whiten, self.shapes
         best = self._left_out()
@@ -207,10 +208,17 @@ class JointProblem:
                 shapes[k][s.name] = s.outer(value)
             return shapes
 
+        def rest(theta: FloatArray, size: float = 0.0) -> FloatArray:
+            shapes = at(theta)
+            doubts = [size * e.doubt(s, self.spans) for e, s in zip(self.effects, shapes, strict=True)]
+            return np.r_[self._solve(self.columns(shapes))[2], doubts]
+
         solver: Any = least_squares
+        start = np.clip(start, lows, highs)
+        size = float(np.sqrt(np.mean(rest(start) ** 2)))
         result = solver(
-            lambda theta: self._solve(self.columns(at(theta)))[2],
-            np.clip(start, lows, highs),
+            lambda theta: rest(theta, size),
+            start,
             bounds=(lows, highs),
             diff_step=1e-4,
             max_nfev=30,
@@ -221,7 +229,7 @@ class JointProblem:
 
     def limits(self, k: int, shape: ShapeParameter) -> tuple[float, float]:
         """Return between which values a shape parameter of effect `k` is sought."""
-        return self.effects[k].limits(shape, self.grids[k][shape.name], self.spans)
+        return self.effects[k].limits(shape, self.grids[k][shape.name])
 
     def _scan(self) -> None:
         """Take the best set of scan values of every effect beside the others."""

@@ -40,3 +40,23 @@ def test_rounded_records_are_diagnosed() -> None:
     assert found.verdict not in {"data_problem", "nothing_missing"}
     low, high = found.noise_floor["interval"]
     assert low <= found.noise_floor["total"] <= high
+
+
+def test_a_force_in_steps_under_a_falling_pressure_is_no_fault() -> None:
+    """The step of the force is known, that of mu grows as the specimen spreads: no value of mu comes twice."""
+    rng = np.random.default_rng(3)
+    frames = []
+    for k in range(20):
+        pressure = (300.0 + 11.0 * k) * np.linspace(1.0, 0.8, 120)
+        force = pressure * (0.11 + 0.002 * rng.normal() + 0.0012 * rng.normal(size=120))
+        frames.append(
+            pd.DataFrame({"test_id": f"t{k}", "v_rel": 10.0 + 8.0 * k, "sigma_n": pressure, "sd": np.arange(120.0)}).assign(
+                mu=(force / 6.0).round() * 6.0 / pressure
+            )
+        )  # fmt: skip
+    data = pd.concat(frames, ignore_index=True)
+    assert data["mu"].nunique() > 0.1 * len(data)
+    assert prepare(data).spikes < 0.01
+    hit = rng.choice(len(data), len(data) // 12, replace=False)
+    data.loc[hit, "mu"] += rng.exponential(0.2, len(hit))
+    assert prepare(data).spikes > 0.05

@@ -97,7 +97,7 @@ def test_temperatures_are_fitted_from_absolute_zero_on(value: float) -> None:
 
 def test_limits_of_a_fit_hold_what_was_scanned_below_zero() -> None:
     T_b = next(s for s in ThermalBreakdown.shapes if s.name == "T_b")
-    low, high = ThermalBreakdown().limits(T_b, np.array([-58.0, -2.0]), {})
+    low, high = ThermalBreakdown().limits(T_b, np.array([-58.0, -2.0]))
     assert low < -58.0
     assert high > 40.0  # as much room above as there is below: 0 degC is no end of a scale
 
