@@ -93,15 +93,18 @@ def _beside_level(ordered: FloatArray, edge: float) -> float:
 def clustered_mean(
     residual: FloatArray, weight: FloatArray, test: npt.NDArray[np.intp], inside: npt.NDArray[np.bool_]
 ) -> tuple[float, float, int]:
-    """Return mean, half of its 95 % interval over tests (NaN for one test), and the number of tests."""
+    """Return mean, half of its 95 % interval over tests (NaN for one test), and the number of tests.
+
+    Every test weighs the same: where a ramp stays long and others pass, the ramp alone would be the mean, and its own scatter.
+    """
     tests = np.unique(test[inside])
     totals = np.bincount(test[inside], weight[inside])[tests]
     sums = np.bincount(test[inside], (weight * residual)[inside])[tests]
-    mean = float(sums.sum() / totals.sum())
+    means = sums / totals
     if len(tests) < 2:
-        return mean, float("nan"), len(tests)
-    spread = np.sqrt(np.sum((sums - mean * totals) ** 2) * len(tests) / (len(tests) - 1)) / totals.sum()
-    return mean, float(stdtrit(len(tests) - 1, 0.975) * spread), len(tests)
+        return float(means.mean()), float("nan"), len(tests)
+    error = means.std(ddof=1) / np.sqrt(len(tests))
+    return float(means.mean()), float(stdtrit(len(tests) - 1, 0.975) * error), len(tests)
 
 
 def binned_bias(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +16,8 @@ from .noise_floor import RepeatsNumbers, independent_columns
 
 #: Fewest differences between repeats from which a scatter is estimated.
 LEAST_FREEDOM = 3
-#: With fewer than this of the same metadata, tests at the same loads count as repeats whatever their metadata: about what levels
-#: of it make of them, where as many differences are left then, too.
+#: With fewer than this of the same metadata, tests at the same loads count as repeats beside different ones: about what levels of
+#: these make of them, where as many differences are left then, too.
 ENOUGH_FREEDOM = 8
 #: Fewest settings, and draws, for the question whether settings differ by more than repeats do.
 LEAST_SETTINGS, DRAWS = 3, 999
@@ -64,19 +65,18 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
     out by it. The p-value compares what the settings explain beside levels of metadata with what they do of tests dealt at random
     to settings of the same sizes (permutation test for lack of fit).
     """
-    groups = same_settings(campaign)
+    columns = metadata_of_tests(campaign)
+    groups, across = _repeated(campaign, residual, columns)
+    freedom = _freedom(groups)
+    if freedom < LEAST_FREEDOM:
+        return None
     level, own = campaign.of_tests(residual), np.empty((len(campaign.tests), 0))
-    freedom = sum(len(g) - 1 for g in groups)
-    if freedom < ENOUGH_FREEDOM:
-        groups = same_settings(campaign, metadata=False)
-        freedom = sum(len(g) - 1 for g in groups)
-        if freedom < LEAST_FREEDOM:
-            return None
-        columns = _levels(campaign)
-        offsets, spent = _of_levels(columns, level, groups)
+    if across:
+        levels = _levels(campaign, across)
+        offsets, spent = _of_levels(levels, level, groups)
         # on other days or of other batches: what is not the same for each level of them is scatter, or all of it if they are many
         if freedom - spent >= ENOUGH_FREEDOM:
-            own, residual, freedom = columns, residual - offsets[campaign.test], freedom - spent
+            own, residual, freedom = levels, residual - offsets[campaign.test], freedom - spent
     square = sum(_square_apart(campaign, residual, g) for g in groups) / freedom
     low, high = (square * freedom / float(chdtri(freedom, q)) for q in (0.025, 0.975))
     return Repeats(
@@ -88,10 +88,40 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
     )
 
 
-def same_settings(campaign: BinnedTests, metadata: bool = True) -> list[Indexes]:
-    """Return groups of tests with the same mean loads and, with `metadata`, the same levels of it, at least two in each."""
-    columns = [in_units(n, level) for n, level in campaign.levels.items()]
-    columns += _metadata(campaign) if metadata else []
+def _repeated(
+    campaign: BinnedTests, residual: FloatArray, columns: list[FloatArray]
+) -> tuple[list[Indexes], list[FloatArray]]:
+    """Return groups of repeats, and the columns of metadata that differ within them.
+
+    Where too few tests share all metadata, columns are given up one by one, those first without which the repeats agree best: a
+    number that counts the repeats says nothing, a batch may.
+    """
+    same, across = list(columns), []
+    groups = same_settings(campaign, same)
+    while same and _freedom(groups) < ENOUGH_FREEDOM:
+        less = [[c for c in same if c is not column] for column in same]
+        found = [same_settings(campaign, c) for c in less]
+        best = int(np.argmin([_largest_square(campaign, residual, g) for g in found]))
+        across.append(same[best])
+        same, groups = less[best], found[best]
+    return groups, across
+
+
+def _freedom(groups: list[Indexes]) -> int:
+    """Return the number of differences between repeats."""
+    return sum(len(g) - 1 for g in groups)
+
+
+def _largest_square(campaign: BinnedTests, residual: FloatArray, groups: list[Indexes]) -> float:
+    """Return the upper end of the 95 % interval of the squared scatter of repeats; infinite without any."""
+    if not (freedom := _freedom(groups)):
+        return np.inf
+    return sum(_square_apart(campaign, residual, g) for g in groups) / float(chdtri(freedom, 0.975))
+
+
+def same_settings(campaign: BinnedTests, metadata: Sequence[FloatArray] = ()) -> list[Indexes]:
+    """Return groups of tests with the same mean loads and the same `metadata`, at least two in each."""
+    columns = [*(in_units(n, level) for n, level in campaign.levels.items()), *metadata]
     if not columns:
         return [np.arange(len(campaign.tests))]
     means = np.column_stack(columns)
@@ -105,7 +135,7 @@ def same_settings(campaign: BinnedTests, metadata: bool = True) -> list[Indexes]
     return groups
 
 
-def _metadata(campaign: BinnedTests) -> list[FloatArray]:
+def metadata_of_tests(campaign: BinnedTests) -> list[FloatArray]:
     """Return metadata of the tests in units of what counts as the same, shape (tests,) each."""
     columns = []
     for name in sorted(campaign.system):
@@ -117,9 +147,9 @@ def _metadata(campaign: BinnedTests) -> list[FloatArray]:
     return columns
 
 
-def _levels(campaign: BinnedTests) -> FloatArray:
+def _levels(campaign: BinnedTests, metadata: list[FloatArray]) -> FloatArray:
     """Return which tests have which level of metadata, but for the first of each column, shape (tests, levels)."""
-    levels = [column[:, None] == np.unique(column)[None, 1:] for column in _metadata(campaign)]
+    levels = [column[:, None] == np.unique(column)[None, 1:] for column in metadata]
     return np.column_stack([np.empty((len(campaign.tests), 0)), *levels])
 
 

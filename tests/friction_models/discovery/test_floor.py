@@ -9,7 +9,7 @@ from sklearn.ensemble import RandomForestRegressor
 
 from friction_models.discovery import diagnose
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.noise.repeats import Repeats, repeats_of, same_settings
+from friction_models.estimation.noise.repeats import Repeats, metadata_of_tests, repeats_of, same_settings
 from friction_models.loads import LOAD_NAMES
 
 POINTS = 24
@@ -78,7 +78,8 @@ def test_tests_of_other_batches_are_no_repeats() -> None:
     names = data["test_id"].unique()
     batches = pd.DataFrame({"test_id": names, "batch": [f"lot {n[-1]}" for n in names]})
     campaign = prepare(data, batches)
-    assert len(same_settings(campaign)) == 0 and len(same_settings(campaign, metadata=False)) == 8
+    assert len(same_settings(campaign)) == 8
+    assert len(same_settings(campaign, metadata_of_tests(campaign))) == 0
 
 
 def test_repeats_of_other_levels_scatter_about_what_the_levels_make_of_them() -> None:
@@ -91,6 +92,29 @@ def test_repeats_of_other_levels_scatter_about_what_the_levels_make_of_them() ->
     found = repeats_of(campaign, campaign.average(campaign.mu))
     assert found is not None and found.tests == 32
     assert found.interval[0] < np.hypot(0.003, 0.002) < found.interval[1]
+
+
+def test_a_number_that_counts_the_repeats_parts_no_repeats() -> None:
+    """Eight rings, each with a slope of its own over four pressures, three strokes each: strokes are repeats, rings are not."""
+    rng = np.random.default_rng(4)
+    rings = rng.normal(0.0, 0.03, 8)
+    frame = pd.DataFrame(
+        [(r, p, k) for r in range(8) for p in range(4) for k in range(3)], columns=["ring", "p", "stroke"]
+    )
+    frame["test_id"] = [f"t{k:02d}" for k in range(96)]
+    mu = 0.3 + rings[frame["ring"]] * (frame["p"] - 1.5) + 0.002 * rng.standard_normal(96)
+    data = pd.DataFrame(
+        {"test_id": frame["test_id"], "sigma_n": 100.0 * (1 + frame["p"]), "v_rel": 10.0, "mu": mu}
+    )
+    tests = pd.DataFrame({"test_id": frame["test_id"], "batch": "ring " + frame["ring"].astype(str)})
+    for numbered in (
+        tests,
+        tests.assign(stroke=frame["stroke"]),
+        tests.assign(humidity=40 + 1.3 * frame["stroke"]),
+    ):
+        campaign = prepare(data, numbered)
+        found = repeats_of(campaign, campaign.average(campaign.mu))
+        assert found is not None and found.settings == 32 and 0.0015 < found.scatter < 0.0025
 
 
 def test_averages_at_other_distances_are_no_repeats() -> None:
