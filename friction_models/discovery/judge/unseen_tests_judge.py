@@ -81,6 +81,10 @@ class UnseenTestsJudge:
             verdict = "ambiguous"
         elif verdict == "ambiguous" and behind and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
+        if verdict in NAMED and (cancelling := self._cancelling(kept)):
+            kept = [f for f in kept if f.name not in cancelling]
+            verdict, rivals = ("partly_explained", told(kept, beside)) if kept else ("unknown_structure", ())
+            shares = self.beside.shares(kept, alone)
         shares, repeats = self._beside_repeats(kept, shares)
         if verdict == "data_problem" and shares.left > NOT_THE_ANSWER:
             verdict, kept, rivals = "unknown_structure", [], ()
@@ -176,6 +180,27 @@ class UnseenTestsJudge:
             return False
         places = self.beside.places(kept)
         return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
+
+    def _cancelling(self, kept: list[Fit]) -> set[str]:
+        """Return names over one load of which none has a size that is known to differ from zero.
+
+        One rises and the other falls: only their difference is seen, a curve that neither of them is.
+        """
+        loads = [{*f.effect.driver} for f in kept]
+        sharing = {
+            f.name
+            for k, f in enumerate(kept)
+            if f.effect.kind != "fault" and any(loads[k] & other for j, other in enumerate(loads) if j != k)
+        }
+        if len(sharing) < 2:
+            return set()
+        fitted = fit_terms(self.unseen.campaign, self.unseen.base, effects_of(kept))
+        unknown = {
+            t.effect.name
+            for t in fitted.terms
+            if all(t.intervals[a][0] <= 0.0 <= t.intervals[a][1] for a in t.amplitudes)
+        } & sharing
+        return unknown if len(unknown) > 1 else set()
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""

@@ -58,7 +58,7 @@ def reference_curves(
         values = transformed(campaign, name)
         names.append("distance" if along else name)
         columns.append(
-            _smooth(values, DISTANCE_PLACES, DISTANCE_REACH)
+            _smooth(values, WAVY_PLACES, DISTANCE_REACH, WAVES)
             if along
             else _smooth(values, WAVY_PLACES, REACH, WAVES)
         )
