@@ -7,8 +7,12 @@ from pathlib import Path
 
 from ...common import InputError
 from ...common.files import read_json
+from ...common.ranges import check_range, is_number
 from .diagnosis import VERDICTS
-from .findings import Findings
+from .findings import ErrorBudget, Findings
+
+#: Parts of an error budget.
+PARTS = tuple(ErrorBudget.__annotations__)
 
 
 def read_diagnosis(path: Path) -> dict[str, object]:
@@ -20,15 +24,18 @@ def read_diagnosis(path: Path) -> dict[str, object]:
         names = content.get(name)
         if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
             raise InputError(f"{path}: {name} = {names!r:.60}; allowed: a list of names of effects")
-    confidence = content.get("confidence")
-    if (
-        isinstance(confidence, bool)
-        or not isinstance(confidence, int | float)
-        or not isinstance(content.get("error_budget"), dict)
-    ):
+    confidence, budget = content.get("confidence"), content.get("error_budget")
+    if confidence is None or not isinstance(budget, dict):
         raise InputError(
             f"{path}: confidence or error_budget is missing; allowed: a file that diagnose --json wrote"
         )
+    check_range(str(path), "confidence", confidence, 0.0, 1.0, "")
+    for part in PARTS:
+        value = budget.get(part)  # nothing stands for what was not known
+        if value is not None and not (is_number(value) and value >= 0.0):
+            raise InputError(
+                f"{path}: error_budget.{part} = {value!r:.60}; allowed: a finite number, 0 or larger"
+            )
     return content
 
 
