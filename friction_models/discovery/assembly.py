@@ -119,6 +119,7 @@ def assemble(
         ),
         most,
     )
+    sure = round(float(sure), 3)  # as files have it, so that the sentence and a page made of them say the same
     where: list[StructurePlace] = []
     if verdict in {"unknown_structure", "partly_explained"} or judged.confirmed.leaves_much:
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
@@ -142,7 +143,7 @@ def assemble(
             verdict, base, evidence, chosen, confusion, sure, campaign, where, factor, close, unread
         ),
         effects=names,
-        confidence=round(float(sure), 3),
+        confidence=sure,
         grounds=rests_on,
         confusion_set=confusion,
         ranking=[

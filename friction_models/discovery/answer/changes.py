@@ -10,6 +10,7 @@ from ...common.files import read_json
 from ...common.ranges import check_range, is_number
 from .diagnosis import VERDICTS
 from .findings import ErrorBudget, Findings
+from .wording import confidence_text
 
 #: Parts of an error budget.
 PARTS = tuple(ErrorBudget.__annotations__)
@@ -49,7 +50,7 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
     row("verdict", str(before["verdict"]), after.verdict)
     row("effects", _names(before["effects"]), _names(after.effects))
     row("not told apart", _names(before["confusion_set"]), _names(after.confusion_set))
-    row("confidence", f"{float(str(before['confidence'])):.2f}", f"{after.confidence:.2f}")
+    row("confidence", confidence_text(float(str(before["confidence"]))), confidence_text(after.confidence))
     budget = before["error_budget"]
     if isinstance(budget, Mapping):
         for part, value in after.error_budget.items():

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from .findings import Findings
 from .report import text_report
+from .wording import confidence_text
 
 VERDICTS = (
     "explained",
@@ -41,7 +42,7 @@ class Diagnosis(Findings):
 
     def __repr__(self) -> str:
         named = f"effects={self.effects}, " if self.effects else ""
-        return f"Diagnosis({self.verdict!r}, {named}confidence={self.confidence:.2f}, model={self.model!r})"
+        return f"Diagnosis({self.verdict!r}, {named}confidence={confidence_text(self.confidence)}, model={self.model!r})"
 
     def report(self) -> str:
         """Return the text report: the verdict in one sentence first."""

@@ -26,6 +26,28 @@ def p_text(value: float | None) -> str:
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
 
 
+def confidence_text(confidence: float) -> str:
+    """Return a confidence as every text has it.
+
+    Examples
+    --------
+    >>> confidence_text(0.885), confidence_text(1.0)
+    ('0.89', '1.00')
+    """
+    return f"{confidence:.2f}"
+
+
+def in_hundred(confidence: float) -> str:
+    """Return a confidence in hundredths, rounded as `confidence_text` rounds it: the two stand side by side.
+
+    Examples
+    --------
+    >>> in_hundred(0.885), f"{100 * 0.885:.0f}"
+    ('89', '88')
+    """
+    return f"{100 * float(confidence_text(confidence)):.0f}"
+
+
 def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
     """Return in plain words what the numbers behind a verdict mean; `p` where it stands there, too.
 
@@ -41,7 +63,7 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
     if confidence is None:
         return ""
     sure = (
-        f"Confidence {confidence:.2f}: about {100 * confidence:.0f} in 100 such answers are right, judged by made-up data whose cause is "
+        f"Confidence {confidence_text(confidence)}: about {in_hundred(confidence)} in 100 such answers are right, judged by made-up data whose cause is "
         "known; what the tests cannot show lowers it."
     )
     if p is None:
@@ -121,7 +143,7 @@ def sentence(
     beside other effects and is `unread` without load.
     """
     model = f"the {base.name} model"
-    sure = f"(confidence {confidence:.2f}"
+    sure = f"(confidence {confidence_text(confidence)}"
     if not evidence.found.floor.known:
         sure += "; so few tests cannot show the scatter between tests"
     sure += ")"
@@ -174,7 +196,7 @@ def sentence(
         short = "cannot show the scatter between tests: at least 3 are needed, better 10"
         if evidence.found.floor.known:
             short = "hardly show the scatter between tests: 10 would be better"
-        return f"nothing can be seen to be missing from {model}, but {some} {short} (confidence {confidence:.2f})."
+        return f"nothing can be seen to be missing from {model}, but {some} {short} (confidence {confidence_text(confidence)})."
     if factor is not None:
         return (
             f"no effect in the catalogue is missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "

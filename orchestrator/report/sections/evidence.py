@@ -8,7 +8,7 @@ from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.discovery.answer.figures_data import setpoints_text, where_text
 from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
 from friction_models.discovery.answer.uncertain_loads import from_loads_text
-from friction_models.discovery.answer.wording import floor_source, meaning_of_numbers, p_text
+from friction_models.discovery.answer.wording import floor_source, in_hundred, meaning_of_numbers, p_text
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.judge.verdict import LEVEL
 from friction_models.estimation.noise.noise_floor import NoiseFloorNumbers
@@ -52,7 +52,7 @@ def verdict_text(found: DiagnosisNumbers) -> str:
     verdict, confidence = found["verdict"], found.get("confidence")
     said = found.get("sentence") or MEANINGS.get(verdict, "")
     said = said[:1].upper() + said[1:]
-    sure = "" if confidence is None or "confidence" in said else f" Confidence {100 * confidence:.0f} %."
+    sure = "" if confidence is None or "confidence" in said else f" Confidence {in_hundred(confidence)} %."
     # Behind a sentence that holds both numbers, the one seems to contradict the other.
     p = next((r["p_value"] for r in found["ranking"] if r["effect"] in found["effects"]), None)
     meaning = meaning_of_numbers(confidence, p if "p = " in said else None)
