@@ -13,6 +13,11 @@ from ..judge.verdict import Evidence
 from .findings import TestGroups
 
 
+#: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
+NOTHING = "nothing is missing"
+NOTHING_SEEN = "nothing can be seen to be missing"
+
+
 def p_text(value: float | None) -> str:
     """Return a p-value as one writes it.
 
@@ -135,12 +140,13 @@ def sentence(
     factor: TestGroups | None = None,
     close: float | None = None,
     unread: bool = False,
+    hidden: bool = False,
 ) -> str:
     """Return the verdict as a user reads it.
 
     `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests,
     `close` the error on unseen tests as a share of mu where it is below what can be measured. An offset of the force is named
-    beside other effects and is `unread` without load.
+    beside other effects and is `unread` without load. Something may be `hidden` where an effect stands out or would not show.
     """
     model = f"the {base.name} model"
     sure = f"(confidence {confidence_text(confidence)}"
@@ -196,20 +202,20 @@ def sentence(
         short = "cannot show the scatter between tests: at least 3 are needed, better 10"
         if evidence.found.floor.known:
             short = "hardly show the scatter between tests: 10 would be better"
-        return f"nothing can be seen to be missing from {model}, but {some} {short} (confidence {confidence_text(confidence)})."
+        return f"{NOTHING_SEEN} from {model}, but {some} {short} (confidence {confidence_text(confidence)})."
     if factor is not None:
         return (
-            f"no effect in the catalogue is missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
+            f"no effect in the catalogue can be seen to be missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
             f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
         )
-    if confidence <= 0.5:
-        return f"nothing can be seen to be missing from {model}, but these tests do not rule it out {sure}."
+    if confidence <= 0.5 or hidden:
+        return f"{NOTHING_SEEN} from {model}, but these tests do not rule it out {sure}."
     if close is not None:
         return (
-            f"nothing is missing from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
+            f"{NOTHING} from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
             f"closer than friction can be measured {sure}."
         )
-    return f"nothing is missing from {model}: its residual is at the noise floor {sure}."
+    return f"{NOTHING} from {model}: its residual is at the noise floor {sure}."
 
 
 def _along(where: Sequence[StructurePlace]) -> str:

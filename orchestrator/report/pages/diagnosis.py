@@ -14,6 +14,7 @@ from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
 from friction_models.discovery.answer.findings import ParameterValue
+from friction_models.discovery.answer.wording import NOTHING, NOTHING_SEEN
 from friction_models.discovery.refinement import Addition
 from friction_models.effects import make_effect
 from friction_models.loads import DataSet, FloatArray
@@ -105,15 +106,15 @@ def _headline(found: Diagnosis) -> str:
         if one
         else f"effects are missing, {names} fit best",
         "unknown_structure": "something is missing that the catalogue does not know",
-        "nothing_missing": "nothing is missing" if _sure(found) else "nothing can be seen to be missing",
+        "nothing_missing": NOTHING if _sure(found) else NOTHING_SEEN,
         "data_problem": f"the data are at fault ({names})" if names else "the data are at fault",
         "out_of_domain": "the data lie outside what it was trained on",
     }[found.verdict]
 
 
 def _sure(found: Diagnosis) -> bool:
-    """Whether "nothing missing" means that nothing is missing: few tests cannot show their scatter."""
-    return found.verdict != "nothing_missing" or found.confidence > 0.5
+    """Whether "nothing missing" means that nothing is missing, as the sentence of the answer says: thin tests can hide much."""
+    return found.verdict != "nothing_missing" or found.sentence.startswith(NOTHING)
 
 
 def _confirmed(entry: Addition | None) -> str:

@@ -92,9 +92,12 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
     ranking, chosen, confusable = found["ranking"], found["effects"], found.get("confusion_set", [])
     if not ranking:
         return paragraph("No effect of the catalogue could be tried on these data.")
+    chance = "chance alone gives gains like these"
+    if (ranking[0]["p_value"] or 1.0) < LEVEL:
+        chance = "what stands out lowers the error on unseen tests too little"
     none = {
         "unknown_structure": "None is accepted: what is missing has another shape than any of them.",
-        "nothing_missing": "None is accepted: chance alone gives gains like these.",
+        "nothing_missing": f"None is accepted: {chance}.",
     }.get(found["verdict"], "None is accepted.")
     if len(confusable) > 1:
         apart = f"The data cannot tell these apart: {escape(', '.join(confusable))}."
