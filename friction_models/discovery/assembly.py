@@ -23,6 +23,7 @@ from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
+from .answer.not_first import why_not_first
 from .answer.reservations import about_the_noise, blind_to, could_hide, reservations, stands_out
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
@@ -181,6 +182,17 @@ def assemble(
         named={term.name: term.effect for term in fitted.terms},
         threshold=found.significance.needed(LEVEL),
         averages=averages(campaign, usual, usual if after is None else after, fitted.terms),
+        not_first=_not_first(judged, confusion) if named else "",
+    )
+
+
+def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
+    """Return why the first name is not the first of the ranking; empty where it is, or no tests can be left out."""
+    unseen = judged.unseen
+    if unseen is None or not unseen.possible:
+        return ""
+    return why_not_first(
+        judged.chosen, judged.found.ranking, confusion, lambda effects: unseen.errors(effects).rms
     )
 
 

@@ -45,6 +45,7 @@ class DiagnosisNumbers(TypedDict):
     unrecorded_factor: NotRequired[TestGroups | None]
     warnings: NotRequired[list[str]]
     next_tests: NotRequired[list[NextTest]]
+    not_first: NotRequired[str]
 
 
 def verdict_text(found: DiagnosisNumbers) -> str:
@@ -102,7 +103,9 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
     if len(confusable) > 1:
         apart = f"The data cannot tell these apart: {escape(', '.join(confusable))}."
     else:
-        apart = "The data tells the first one from all others." if chosen else none
+        # the first of the ranking need not be the one that is named
+        first = chosen[0] if chosen and ranking[0]["effect"] != chosen[0] else "the first one"
+        apart = f"The data tells {escape(first)} from all others." if chosen else none
     needed = (
         ""
         if threshold is None or threshold <= 0.0
@@ -132,7 +135,9 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
     ]  # fmt: skip
     classes = [told(r["effect"], "after", "", "") for r in ranking[:8]]
     headings = ["effect", "evidence", "gain", "family-wise p of the gain", ""]
-    return f"{chart}\n{table(headings, rows, numeric=(1, 2, 3), classes=classes)}"
+    said = found.get("not_first", "")
+    reason = paragraph(said[:1].upper() + said[1:]) if said else ""
+    return f"{chart}\n{table(headings, rows, numeric=(1, 2, 3), classes=classes)}{reason}"
 
 
 def remarks_html(found: DiagnosisNumbers) -> str:
