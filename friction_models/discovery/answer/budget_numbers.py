@@ -11,6 +11,7 @@ from ...loads import FloatArray
 from ..judge.confirmation import Confirmation
 from ..judge.level_offset import LevelOffset
 from .findings import ErrorBudget
+from .repeated_settings import said_repeats
 
 
 def budget_numbers(
@@ -45,7 +46,7 @@ def budget_numbers(
         if confirmed.of_another_form and not shares.by_reference:
             floor["hardly_better"] = True
     if confirmed.repeats is not None:
-        floor["repeats"] = confirmed.repeats.to_dict()
+        floor["repeats"] = said_repeats(campaign, confirmed.repeats)
         if confirmed.repeats.lacks_fit or confirmed.repeats.agrees_with(float(np.sqrt(left))):
             floor["source"], floor["interval"] = "repeats", list(confirmed.repeats.interval)
     if level.off:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 from ...common import InputError
 from ...common.files import read_json
 from ...common.ranges import check_range, is_number
 from .diagnosis import VERDICTS
-from .findings import ErrorBudget, Findings
-from .wording import confidence_text
+from .findings import Findings
+from .wording import confidence_text, mu_format
 
 #: Parts of an error budget.
-PARTS = tuple(ErrorBudget.__annotations__)
+PARTS: tuple[Literal["floor", "explained", "missing"], ...] = ("floor", "explained", "missing")
 
 
 def read_diagnosis(path: Path) -> dict[str, object]:
@@ -53,10 +54,11 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
     row("confidence", confidence_text(float(str(before["confidence"]))), confidence_text(after.confidence))
     budget = before["error_budget"]
     if isinstance(budget, Mapping):
-        for part, value in after.error_budget.items():
-            old = budget.get(part)
-            known = f"{old:.5f}" if isinstance(old, int | float) else "unknown"
-            row({"missing": "still missing", "floor": "noise floor"}.get(part, part), known, f"{value:.5f}")
+        parts = [(part, budget.get(part), after.error_budget[part]) for part in PARTS]
+        f = mu_format(max(value for _, *both in parts for value in both if is_number(value)))
+        for part, old, value in parts:
+            known = f"{old:{f}}" if is_number(old) else "unknown"
+            row({"missing": "still missing", "floor": "noise floor"}.get(part, part), known, f"{value:{f}}")
     return "\n".join(lines) + "\n"
 
 

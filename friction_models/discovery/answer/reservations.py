@@ -12,6 +12,8 @@ from ...loads import LOAD_NAMES
 from ..judge.confidence import blurred
 from ..judge.confirmation import Confirmation
 from ..judge.verdict import LEVEL
+from .repeated_settings import said_repeats, settings_text
+from .wording import mu_format
 
 #: Share of mu from which on what could hide is said.
 MATTERS = 0.25
@@ -42,7 +44,7 @@ def reservations(
     said = []
     if confirmed.lacks_fit and (repeats := confirmed.repeats) is not None:
         said.append(
-            f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "
+            f"{settings_text(said_repeats(campaign, repeats))}: their mu agrees to {repeats.scatter:{mu_format(repeats.scatter, 4)}}, but what the model leaves "
             f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
             "were tested, in a way that is not named here"
         )

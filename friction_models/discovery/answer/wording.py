@@ -11,11 +11,14 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.structure import StructurePlace
 from ..judge.verdict import Evidence
 from .findings import TestGroups
+from .repeated_settings import settings_text
 
 
 #: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
 NOTHING = "nothing is missing"
 NOTHING_SEEN = "nothing can be seen to be missing"
+#: Numbers of mu below this are printed by their significant digits.
+SMALL_MU = 1e-4
 
 
 def p_text(value: float | None) -> str:
@@ -29,6 +32,17 @@ def p_text(value: float | None) -> str:
     if value is None:
         return "-"
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
+
+
+def mu_format(largest: float, decimals: int = 5) -> str:
+    """Return the format of numbers of mu that stand together, by the largest: fixed decimals, which very small ones do not fill.
+
+    Examples
+    --------
+    >>> f"{0.00763:{mu_format(0.00763)}}", f"{0.0:{mu_format(0.00763)}}", f"{3.21e-9:{mu_format(1e-8)}}"
+    ('0.00763', '0.00000', '3.21e-09')
+    """
+    return ".2e" if 0.0 < largest < SMALL_MU else f".{decimals}f"
 
 
 def confidence_text(confidence: float) -> str:
@@ -91,7 +105,7 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
     'flexible curves predict unseen tests hardly better than the model: too little to count'
     """
     if (repeats := floor.get("repeats")) is not None:
-        scatter = f"{repeats['tests']} tests at {repeats['settings']} repeated settings scatter by {repeats['scatter']:.5f}"
+        scatter = f"{settings_text(repeats)} scatter by {repeats['scatter']:{mu_format(repeats['scatter'])}}"
         if floor.get("source") == "repeats":
             return f"from repeats: {scatter}"
     beside = f" with {' and '.join(named)}" if named else ""

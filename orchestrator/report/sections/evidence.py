@@ -8,7 +8,13 @@ from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.discovery.answer.figures_data import setpoints_text, where_text
 from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
 from friction_models.discovery.answer.uncertain_loads import from_loads_text
-from friction_models.discovery.answer.wording import floor_source, in_hundred, meaning_of_numbers, p_text
+from friction_models.discovery.answer.wording import (
+    floor_source,
+    in_hundred,
+    meaning_of_numbers,
+    mu_format,
+    p_text,
+)
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.judge.verdict import LEVEL
 from friction_models.estimation.noise.noise_floor import NoiseFloorNumbers
@@ -66,23 +72,24 @@ def budget_html(found: DiagnosisNumbers) -> str:
     noise, named = found["noise_floor"], found["effects"]
     low, high = noise.get("interval") or (None, None)
     source = "; ".join(s for s in (floor_source(noise, named), from_loads_text(noise)) if s)
-    interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
     floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
+    f = mu_format((floor**2 + explained**2 + missing**2) ** 0.5, 4)
+    interval = f" (95 % interval {low:{f}} to {high:{f}})" if low is not None and high is not None else ""
     chart = figure(
         "budget",
         budget_chart(floor, explained, missing, bool(named)),
-        f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: {noise['total']:.4f}"
+        f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: {noise['total']:{f}}"
         f"{interval}{'; ' if source else ''}{source}. "
-        f"In the records: scatter between tests {noise['test']:.4f}, drift within a test {noise['drift']:.4f}, sensor "
-        f"{noise['sensor']:.4f} a point.",
+        f"In the records: scatter between tests {noise['test']:{f}}, drift within a test {noise['drift']:{f}}, sensor "
+        f"{noise['sensor']:{f}} a point.",
         "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
 
     def row(when: str, explained: float, shown: str) -> tuple[str, ...]:
         total = (floor**2 + explained**2 + missing**2) ** 0.5
-        return when, f"{total:.4f}", f"{floor:.4f}", shown, f"{missing:.4f}"
+        return when, f"{total:{f}}", f"{floor:{f}}", shown, f"{missing:{f}}"
 
-    rows = [row("before", explained, f"{explained:.4f}" if named else "-")]
+    rows = [row("before", explained, f"{explained:{f}}" if named else "-")]
     rows += [row(f"after, with {' and '.join(named)}", 0.0, "-")] if named else []
     headings = ["RMS of mu", "in all", "noise floor", "explained by what is named", "still missing"]
     return chart + table(headings, rows, numeric=(1, 2, 3, 4))

@@ -7,13 +7,20 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
 
+from friction_models.discovery import diagnose
+from friction_models.discovery.answer.changes import changes_text
 from friction_models.discovery.answer.not_first import why_not_first
+from friction_models.discovery.answer.repeated_settings import said_repeats, settings_text
 from friction_models.discovery.answer.wording import confidence_text, meaning_of_numbers
 from friction_models.effects import CATALOGUE
 from friction_models.effects.base import Effect
-from orchestrator.report.sections.evidence import ranking_html
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.noise.repeats import repeats_of
+from orchestrator.report.sections.evidence import budget_html, ranking_html
 
 
 @pytest.mark.parametrize("confidence", [0.885, 0.125, 0.625, 0.5, 0.98])
@@ -73,3 +80,46 @@ def test_the_page_has_the_reason_beside_the_ranking() -> None:
     html = ranking_html(found)
     assert "Viscous is &lt;named&gt; first" in html
     assert "The data tells viscous from all others." in html
+
+
+def at_pressures(pressures: Sequence[float]) -> pd.DataFrame:
+    """Return averages at these pressures, one a test, with some scatter."""
+    rng = np.random.default_rng(1)
+    names = [f"r{k:02d}" for k in range(len(pressures))]
+    mu = 0.1 + 0.001 * rng.standard_normal(len(pressures))
+    return pd.DataFrame({"test_id": names, "sigma_n": pressures, "mu": mu})
+
+
+@pytest.mark.parametrize(
+    ("pressures", "said"),
+    [
+        (np.linspace(1.0, 40.0, 64), "settings that agree within 3 % of the range of their loads"),
+        (np.repeat([10.0, 20.0, 30.0, 40.0], 4), "16 tests at 4 repeated settings"),
+        # a machine meets a set point to within one per cent
+        (np.repeat([10.0, 20.0, 30.0, 40.0], 4) * np.tile([1.0, 1.003, 0.998, 1.002], 4), "4 repeated settings"),
+    ],
+)
+def test_a_ladder_of_small_steps_holds_no_repeats(pressures: Any, said: str) -> None:
+    """"62 tests at 14 repeated settings" was said of tests of which no two were at the same pressure."""
+    campaign = prepare(at_pressures(pressures))
+    repeats = repeats_of(campaign, campaign.average(campaign.mu))
+    assert repeats is not None
+    assert settings_text(said_repeats(campaign, repeats)).endswith(said)
+    # a file of an earlier version
+    assert "repeated settings" in settings_text(repeats.to_dict())
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-7])
+def test_the_budget_of_very_small_numbers_has_digits(scale: float) -> None:
+    """With a mu of 1e-9 every line was 0.00000."""
+    data = at_pressures(np.repeat([10.0, 20.0, 30.0, 40.0], 4))
+    found = diagnose(data.assign(mu=scale * data["mu"]))
+    lines = found.report().split("Error budget")[1].split("\n\n")[0].splitlines()[1:]
+    values = [line[16:].split()[0] for line in lines if line[2:9] in {"before ", "noise f", "still m"}]
+    assert len(values) == 3 and len({len(v) for v in values}) == 1, lines
+    assert all(re.fullmatch(r"0\.\d{5}" if scale == 1.0 else r"\d\.\d\de[+-]\d\d", v) for v in values), values
+    assert float(values[0]) > 0.0 and float(values[1]) > 0.0
+    changed = changes_text(found.to_dict(), found)
+    assert f"noise floor     {values[1]} (unchanged)" in changed
+    page: Any = found.to_dict()
+    assert ("e-11" in budget_html(page).split("<table")[1]) == (scale != 1.0)
