@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,7 +17,8 @@ from friction_models.discovery.answer.changes import changes_text
 from friction_models.discovery.answer.not_first import why_not_first
 from friction_models.discovery.answer.repeated_settings import said_repeats, settings_text
 from friction_models.discovery.answer.wording import confidence_text, meaning_of_numbers
-from friction_models.effects import CATALOGUE
+from friction_models.discovery.formulas.offers import FormulaOffer, offer_lines
+from friction_models.effects import CATALOGUE, make_effect
 from friction_models.effects.base import Effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.repeats import repeats_of
@@ -123,3 +125,14 @@ def test_the_budget_of_very_small_numbers_has_digits(scale: float) -> None:
     assert f"noise floor     {values[1]} (unchanged)" in changed
     page: Any = found.to_dict()
     assert ("e-11" in budget_html(page).split("<table")[1]) == (scale != 1.0)
+
+
+def test_a_term_that_no_resample_prefers_says_what_it_was_chosen_for() -> None:
+    """It was listed with "first in 0 % of resamples", as if nothing spoke for it."""
+    effects = tuple(make_effect(f"empirical:{t}") for t in ("bump(T)", "wave(sd)"))
+    one = FormulaOffer(effects[0].name, "mu += ...", 0.9, (0.8, 1.0), 0.0, effects[:1], (0.008, 0.005))
+    both = replace(one, name="both", effects=effects)
+    lines = offer_lines([one, both, replace(one, stability=0.25)])
+    assert lines[1].endswith("; chosen for its error on unseen tests; it was first in none of the resamples")
+    assert lines[3].endswith("; one of the terms was first in none of the resamples")
+    assert lines[5].endswith("; first in 25 % of resamples")
