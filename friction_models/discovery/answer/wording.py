@@ -13,7 +13,6 @@ from ..judge.verdict import Evidence
 from .findings import TestGroups
 from .repeated_settings import settings_text
 
-
 #: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
 NOTHING = "nothing is missing"
 NOTHING_SEEN = "nothing can be seen to be missing"

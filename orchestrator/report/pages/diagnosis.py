@@ -123,7 +123,9 @@ def _sure(found: Diagnosis) -> bool:
 def _confirmed(entry: Addition | None, tests: int, held_out: int) -> str:
     if entry is None:
         return ""
-    crossed = f" (of the {counted(tests, 'test')} of this page)" if "cross-validation" in entry["judged_by"] else ""
+    crossed = (
+        f" (of the {counted(tests, 'test')} of this page)" if "cross-validation" in entry["judged_by"] else ""
+    )
     by = f"Tests not seen in the fit: by {entry['judged_by']}{crossed}. tribofmu refine makes that model, and judges it "
     if held_out:
         by += (
@@ -175,7 +177,9 @@ def _formulas(found: Diagnosis) -> str:
         "but tribofmu refine --add 'NAME'."
     )
     if any(o.stability == 0.0 for o in found.formulas):
-        said += " A term that was first in none of the resamples was chosen for its error on unseen tests alone."
+        said += (
+            " A term that was first in none of the resamples was chosen for its error on unseen tests alone."
+        )
     pictures = [
         figure(
             f"term-{k}",

@@ -55,7 +55,7 @@ def left(**errors: float) -> Any:
 
 
 def test_a_name_that_is_not_ranked_first_is_explained_by_what_was_computed() -> None:
-    """"Fits best" stood above a ranking in which it was the sixth, without a word."""
+    """ "Fits best" stood above a ranking in which it was the sixth, without a word."""
     ranking = ranked("running_in", "hersey", "pressure_saturation", "viscous")
     chosen = ranking[2:3]
     error = left(none=0.39, running_in=0.387, hersey=0.114, pressure_saturation=0.169)
@@ -84,7 +84,7 @@ def test_the_page_has_the_reason_beside_the_ranking() -> None:
     assert "The data tells viscous from all others." in html
 
 
-def at_pressures(pressures: Sequence[float]) -> pd.DataFrame:
+def at_pressures(pressures: Any) -> pd.DataFrame:
     """Return averages at these pressures, one a test, with some scatter."""
     rng = np.random.default_rng(1)
     names = [f"r{k:02d}" for k in range(len(pressures))]
@@ -98,11 +98,14 @@ def at_pressures(pressures: Sequence[float]) -> pd.DataFrame:
         (np.linspace(1.0, 40.0, 64), "settings that agree within 3 % of the range of their loads"),
         (np.repeat([10.0, 20.0, 30.0, 40.0], 4), "16 tests at 4 repeated settings"),
         # a machine meets a set point to within one per cent
-        (np.repeat([10.0, 20.0, 30.0, 40.0], 4) * np.tile([1.0, 1.003, 0.998, 1.002], 4), "4 repeated settings"),
+        (
+            np.repeat([10.0, 20.0, 30.0, 40.0], 4) * np.tile([1.0, 1.003, 0.998, 1.002], 4),
+            "4 repeated settings",
+        ),
     ],
 )
 def test_a_ladder_of_small_steps_holds_no_repeats(pressures: Any, said: str) -> None:
-    """"62 tests at 14 repeated settings" was said of tests of which no two were at the same pressure."""
+    """ "62 tests at 14 repeated settings" was said of tests of which no two were at the same pressure."""
     campaign = prepare(at_pressures(pressures))
     repeats = repeats_of(campaign, campaign.average(campaign.mu))
     assert repeats is not None

@@ -277,6 +277,8 @@ def test_the_page_says_by_which_tests_an_addition_is_judged() -> None:
     found = diagnose(data, model="constant", catalogue=["thermal_softening", "stribeck"])
     confirmed = confirmed_addition("constant", DataSet(data, None, {}), found.effects)
     alone, beside = (diagnosis.diagnosis_page(found, "it", confirmed, held_out) for held_out in (0, 3))
-    said = "Tests not seen in the fit: by 6-fold cross-validation by whole tests (of the 6 tests of this page)."
+    said = (
+        "Tests not seen in the fit: by 6-fold cross-validation by whole tests (of the 6 tests of this page)."
+    )
     assert said in alone and "judges it by the same tests on all points" in alone
     assert said in beside and "judges it by the 3 tests of the data set that have another role" in beside
