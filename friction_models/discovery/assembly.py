@@ -23,7 +23,8 @@ from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
-from .answer.reservations import about_the_noise, could_hide, reservations
+from .answer.not_first import why_not_first
+from .answer.reservations import about_the_noise, blind_to, could_hide, reservations, stands_out
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
@@ -119,6 +120,9 @@ def assemble(
         ),
         most,
     )
+    sure = round(
+        float(sure), 3
+    )  # as files have it, so that the sentence and a page made of them say the same
     where: list[StructurePlace] = []
     if verdict in {"unknown_structure", "partly_explained"} or judged.confirmed.leaves_much:
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
@@ -126,7 +130,9 @@ def assemble(
     warnings += uncertain_drivers(whole[0], fitted.terms)
     unsure = sure <= EITHER and factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
-    warnings += could_hide(hidden, float(np.mean(np.abs(campaign.mu))))
+    usual_mu = float(np.mean(np.abs(campaign.mu)))
+    warnings += could_hide(hidden, usual_mu)
+    may_hide = stands_out(found, judged.confirmed) is not None or bool(blind_to(hidden, usual_mu))
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     warnings += [*about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
@@ -135,14 +141,25 @@ def assemble(
         warnings += inseparable
     close = None
     if judged.confirmed.within_resolution and judged.confirmed.shares is not None:
-        close = float(np.sqrt(judged.confirmed.shares.base)) / float(np.mean(np.abs(campaign.mu)))
+        close = float(np.sqrt(judged.confirmed.shares.base)) / usual_mu
     return Diagnosis(
         verdict=verdict,
         sentence=sentence(
-            verdict, base, evidence, chosen, confusion, sure, campaign, where, factor, close, unread
+            verdict,
+            base,
+            evidence,
+            chosen,
+            confusion,
+            sure,
+            campaign,
+            where,
+            factor,
+            close,
+            unread,
+            may_hide,
         ),
         effects=names,
-        confidence=round(float(sure), 3),
+        confidence=sure,
         grounds=rests_on,
         confusion_set=confusion,
         ranking=[
@@ -167,6 +184,17 @@ def assemble(
         named={term.name: term.effect for term in fitted.terms},
         threshold=found.significance.needed(LEVEL),
         averages=averages(campaign, usual, usual if after is None else after, fitted.terms),
+        not_first=_not_first(judged, confusion) if named else "",
+    )
+
+
+def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
+    """Return why the first name is not the first of the ranking; empty where it is, or no tests can be left out."""
+    unseen = judged.unseen
+    if unseen is None or not unseen.possible:
+        return ""
+    return why_not_first(
+        judged.chosen, judged.found.ranking, confusion, lambda effects: unseen.errors(effects).rms
     )
 
 

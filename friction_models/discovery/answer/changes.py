@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 from ...common import InputError
 from ...common.files import read_json
+from ...common.ranges import check_range, is_number
 from .diagnosis import VERDICTS
 from .findings import Findings
+from .wording import confidence_text, mu_format
+
+#: Parts of an error budget.
+PARTS: tuple[Literal["floor", "explained", "missing"], ...] = ("floor", "explained", "missing")
 
 
 def read_diagnosis(path: Path) -> dict[str, object]:
@@ -20,15 +26,18 @@ def read_diagnosis(path: Path) -> dict[str, object]:
         names = content.get(name)
         if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
             raise InputError(f"{path}: {name} = {names!r:.60}; allowed: a list of names of effects")
-    confidence = content.get("confidence")
-    if (
-        isinstance(confidence, bool)
-        or not isinstance(confidence, int | float)
-        or not isinstance(content.get("error_budget"), dict)
-    ):
+    confidence, budget = content.get("confidence"), content.get("error_budget")
+    if confidence is None or not isinstance(budget, dict):
         raise InputError(
             f"{path}: confidence or error_budget is missing; allowed: a file that diagnose --json wrote"
         )
+    check_range(str(path), "confidence", confidence, 0.0, 1.0, "")
+    for part in PARTS:
+        value = budget.get(part)  # nothing stands for what was not known
+        if value is not None and not (is_number(value) and value >= 0.0):
+            raise InputError(
+                f"{path}: error_budget.{part} = {value!r:.60}; allowed: a finite number, 0 or larger"
+            )
     return content
 
 
@@ -42,13 +51,14 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
     row("verdict", str(before["verdict"]), after.verdict)
     row("effects", _names(before["effects"]), _names(after.effects))
     row("not told apart", _names(before["confusion_set"]), _names(after.confusion_set))
-    row("confidence", f"{float(str(before['confidence'])):.2f}", f"{after.confidence:.2f}")
+    row("confidence", confidence_text(float(str(before["confidence"]))), confidence_text(after.confidence))
     budget = before["error_budget"]
     if isinstance(budget, Mapping):
-        for part, value in after.error_budget.items():
-            old = budget.get(part)
-            known = f"{old:.5f}" if isinstance(old, int | float) else "unknown"
-            row({"missing": "still missing", "floor": "noise floor"}.get(part, part), known, f"{value:.5f}")
+        parts = [(part, budget.get(part), after.error_budget[part]) for part in PARTS]
+        f = mu_format(max(value for _, *both in parts for value in both if is_number(value)))
+        for part, old, value in parts:
+            known = f"{old:{f}}" if is_number(old) else "unknown"
+            row({"missing": "still missing", "floor": "noise floor"}.get(part, part), known, f"{value:{f}}")
     return "\n".join(lines) + "\n"
 
 

@@ -18,21 +18,23 @@ from .figures_data import (
 )
 from .findings import Findings, ParameterValue
 from .uncertain_loads import from_loads_text
-from .wording import floor_source, p_text
+from .wording import floor_source, mu_format, p_text
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
 PLACES = 6
 
 
-def text_report(findings: Findings) -> str:
-    """Return findings as text, the verdict in one sentence first."""
+def text_report(findings: Findings, not_first: str = "") -> str:
+    """Return findings as text, the verdict in one sentence first; `not_first` is said beside the ranking."""
     d = findings
     lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else [])]
     for part in (_next, _budget, _residuals, _map, _evidence, _structure, _formulas, _worst, _response):
         found = part(d)
         if found:
             lines += ["", *found]
+        if part is _evidence and not_first:
+            lines.append(f"  {not_first}")
     if d.warnings:
         lines += ["", "Read this with care"] + [f"  - {w}" for w in d.warnings]
     return "\n".join(lines) + "\n"
@@ -56,20 +58,22 @@ def _budget(d: Findings) -> list[str]:
     floor, budget = d.noise_floor, d.error_budget
     low, high = floor["interval"]
     after = math.hypot(budget["floor"], budget["missing"])
+    before = math.hypot(after, budget["explained"])
+    f = mu_format(before)
     lines = [
         f"Error budget of the {d.model} model (rms of mu in the averages, divided as whole unseen tests show it)",
-        f"  before        {math.hypot(after, budget['explained']):.5f}",
-        f"  noise floor   {budget['floor']:.5f}   (95 %: {low:.5f} to {high:.5f}; test scatter {floor['test']:.5f}, "
-        f"drift {floor['drift']:.5f}, sensor {floor['sensor']:.5f})",
+        f"  before        {before:{f}}",
+        f"  noise floor   {budget['floor']:{f}}   (95 %: {low:{f}} to {high:{f}}; test scatter {floor['test']:{f}}, "
+        f"drift {floor['drift']:{f}}, sensor {floor['sensor']:{f}})",
     ]
     if source := floor_source(floor, d.effects):
         lines.append(f"                ({source})")
     if from_loads := from_loads_text(floor):
         lines.append(f"                ({from_loads})")
     if d.effects:
-        lines.append(f"  explained     {budget['explained']:.5f}   by {' and '.join(d.effects)}")
-    lines.append(f"  still missing {budget['missing']:.5f}")
-    return lines + ([f"  after         {after:.5f}"] if d.effects else [])
+        lines.append(f"  explained     {budget['explained']:{f}}   by {' and '.join(d.effects)}")
+    lines.append(f"  still missing {budget['missing']:{f}}")
+    return lines + ([f"  after         {after:{f}}"] if d.effects else [])
 
 
 def _residuals(d: Findings) -> list[str]:
@@ -161,7 +165,8 @@ def _formulas(d: Findings) -> list[str]:
 def _worst(d: Findings) -> list[str]:
     if not d.worst_tests:
         return []
-    return ["Worst tests (rms before)"] + [f"  {w['test_id']:<16} {w['rms']:.5f}" for w in d.worst_tests[:5]]
+    f = mu_format(d.worst_tests[0]["rms"])
+    return ["Worst tests (rms before)"] + [f"  {w['test_id']:<16} {w['rms']:{f}}" for w in d.worst_tests[:5]]
 
 
 def _response(d: Findings) -> list[str]:

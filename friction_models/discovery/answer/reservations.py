@@ -6,14 +6,30 @@ import numpy as np
 
 from ...common.wording import counted
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from ..judge.confidence import blurred
 from ..judge.confirmation import Confirmation
 from ..judge.verdict import LEVEL
+from .repeated_settings import settings_text
+from .wording import mu_format
 
 #: Share of mu from which on what could hide is said.
 MATTERS = 0.25
+
+
+def stands_out(found: SearchRound, confirmed: Confirmation) -> Fit | None:
+    """Return the effect that is significant though nothing is named; none where no measurement could show that it is there."""
+    winner = found.winner
+    if confirmed.verdict != "nothing_missing" or confirmed.within_resolution or winner is None:
+        return None
+    return winner if found.p_value(winner) < LEVEL else None
+
+
+def blind_to(hidden: dict[str, float], mu: float) -> list[str]:
+    """Return the loads of which an effect would not show, though it changed mu by more than mu; `hidden` as of `unseen_sizes`."""
+    return sorted(name for name in hidden if hidden[name] >= mu)
 
 
 def reservations(
@@ -28,7 +44,7 @@ def reservations(
     said = []
     if confirmed.lacks_fit and (repeats := confirmed.repeats) is not None:
         said.append(
-            f"{repeats.tests} tests at {repeats.settings} repeated settings agree to {repeats.scatter:.4f}, but what the model leaves "
+            f"{settings_text(repeats.to_dict())}: their mu agrees to {repeats.scatter:{mu_format(repeats.scatter, 4)}}, but what the model leaves "
             f"differs by more from setting to setting (p = {repeats.p_value:.3f}): it depends on the settings, or on the day they "
             "were tested, in a way that is not named here"
         )
@@ -42,9 +58,9 @@ def reservations(
         "itself, tests would tell that cross their levels"
         for name, pair in confirmed.parts.items()
     ]
-    if verdict == "nothing_missing" and found.winner and found.p_value(found.winner) < LEVEL:
+    if (first := stands_out(found, confirmed)) is not None:
         said.append(
-            f"{found.winner.name} stands out (p = {found.p_value(found.winner):.3f}), but lowers the error on tests that a fit did not see "
+            f"{first.name} stands out (p = {found.p_value(first):.3f}), but lowers the error on tests that a fit did not see "
             f"too little to be named; there are {len(campaign.tests)} tests: more of them would tell"
         )
     elif verdict == "nothing_missing" and unsure and not (confirmed.lacks_fit or knows_noise) and varied:
@@ -59,7 +75,7 @@ def could_hide(hidden: dict[str, float], mu: float) -> list[str]:
     """Return a warning where effects that matter would not have been seen, with their sizes and loads."""
     if max(hidden.values(), default=0.0) < MATTERS * mu:
         return []
-    blind = sorted(name for name in hidden if hidden[name] >= mu)
+    blind = blind_to(hidden, mu)
     seen = sorted((n for n in hidden if n not in blind), key=hidden.__getitem__, reverse=True)
     said = []
     if seen:

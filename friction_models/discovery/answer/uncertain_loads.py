@@ -19,6 +19,7 @@ from ...models.base import FrictionModel
 from ...models.domain import Domain
 from ...models.effective_variance import raised_loads
 from ...models.measures import predict_points
+from .wording import mu_format
 
 
 def floor_from_loads(
@@ -84,12 +85,13 @@ def from_loads_text(floor: NoiseFloorNumbers) -> str:
     slopes = f"uncertain loads (mostly {mostly}) make of the model's own slopes"
     if size == 0.0:
         return "uncertain loads have no part in it: the model does not depend on them"
+    f = mu_format(max(size, total), 4)
     if size >= total:
         return (
-            f"what {slopes} would be {size:.4f}, the whole floor of {total:.4f}: the uncertainties are stated too large, or an "
+            f"what {slopes} would be {size:{f}}, the whole floor of {total:{f}}: the uncertainties are stated too large, or an "
             "error is common to all tests"
         )
-    return f"of the floor {total:.4f}, about {size:.4f} ({100 * (size / total) ** 2:.0f} % of its square) is what {slopes}"
+    return f"of the floor {total:{f}}, about {size:{f}} ({100 * (size / total) ** 2:.0f} % of its square) is what {slopes}"
 
 
 def _fitted(campaign: BinnedTests, base: BaseLaw, target: FloatArray) -> Any:

@@ -11,6 +11,13 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.structure import StructurePlace
 from ..judge.verdict import Evidence
 from .findings import TestGroups
+from .repeated_settings import settings_text
+
+#: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
+NOTHING = "nothing is missing"
+NOTHING_SEEN = "nothing can be seen to be missing"
+#: Numbers of mu below this are printed by their significant digits.
+SMALL_MU = 1e-4
 
 
 def p_text(value: float | None) -> str:
@@ -24,6 +31,39 @@ def p_text(value: float | None) -> str:
     if value is None:
         return "-"
     return "< 0.001" if value < 0.001 else f"{value:.3f}"
+
+
+def mu_format(largest: float, decimals: int = 5) -> str:
+    """Return the format of numbers of mu that stand together, by the largest: fixed decimals, which very small ones do not fill.
+
+    Examples
+    --------
+    >>> f"{0.00763:{mu_format(0.00763)}}", f"{0.0:{mu_format(0.00763)}}", f"{3.21e-9:{mu_format(1e-8)}}"
+    ('0.00763', '0.00000', '3.21e-09')
+    """
+    return ".2e" if 0.0 < largest < SMALL_MU else f".{decimals}f"
+
+
+def confidence_text(confidence: float) -> str:
+    """Return a confidence as every text has it.
+
+    Examples
+    --------
+    >>> confidence_text(0.885), confidence_text(1.0)
+    ('0.89', '1.00')
+    """
+    return f"{confidence:.2f}"
+
+
+def in_hundred(confidence: float) -> str:
+    """Return a confidence in hundredths, rounded as `confidence_text` rounds it: the two stand side by side.
+
+    Examples
+    --------
+    >>> in_hundred(0.885), f"{100 * 0.885:.0f}"
+    ('89', '88')
+    """
+    return f"{100 * float(confidence_text(confidence)):.0f}"
 
 
 def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
@@ -41,7 +81,7 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
     if confidence is None:
         return ""
     sure = (
-        f"Confidence {confidence:.2f}: about {100 * confidence:.0f} in 100 such answers are right, judged by made-up data whose cause is "
+        f"Confidence {confidence_text(confidence)}: about {in_hundred(confidence)} in 100 such answers are right, judged by made-up data whose cause is "
         "known; what the tests cannot show lowers it."
     )
     if p is None:
@@ -64,7 +104,7 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
     'flexible curves predict unseen tests hardly better than the model: too little to count'
     """
     if (repeats := floor.get("repeats")) is not None:
-        scatter = f"{repeats['tests']} tests at {repeats['settings']} repeated settings scatter by {repeats['scatter']:.5f}"
+        scatter = f"{settings_text(repeats)} scatter by {repeats['scatter']:{mu_format(repeats['scatter'])}}"
         if floor.get("source") == "repeats":
             return f"from repeats: {scatter}"
     beside = f" with {' and '.join(named)}" if named else ""
@@ -113,15 +153,16 @@ def sentence(
     factor: TestGroups | None = None,
     close: float | None = None,
     unread: bool = False,
+    hidden: bool = False,
 ) -> str:
     """Return the verdict as a user reads it.
 
     `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests,
     `close` the error on unseen tests as a share of mu where it is below what can be measured. An offset of the force is named
-    beside other effects and is `unread` without load.
+    beside other effects and is `unread` without load. Something may be `hidden` where an effect stands out or would not show.
     """
     model = f"the {base.name} model"
-    sure = f"(confidence {confidence:.2f}"
+    sure = f"(confidence {confidence_text(confidence)}"
     if not evidence.found.floor.known:
         sure += "; so few tests cannot show the scatter between tests"
     sure += ")"
@@ -174,20 +215,20 @@ def sentence(
         short = "cannot show the scatter between tests: at least 3 are needed, better 10"
         if evidence.found.floor.known:
             short = "hardly show the scatter between tests: 10 would be better"
-        return f"nothing can be seen to be missing from {model}, but {some} {short} (confidence {confidence:.2f})."
+        return f"{NOTHING_SEEN} from {model}, but {some} {short} (confidence {confidence_text(confidence)})."
     if factor is not None:
         return (
-            f"no effect in the catalogue is missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
+            f"no effect in the catalogue can be seen to be missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
             f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
         )
-    if confidence <= 0.5:
-        return f"nothing can be seen to be missing from {model}, but these tests do not rule it out {sure}."
+    if confidence <= 0.5 or hidden:
+        return f"{NOTHING_SEEN} from {model}, but these tests do not rule it out {sure}."
     if close is not None:
         return (
-            f"nothing is missing from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
+            f"{NOTHING} from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
             f"closer than friction can be measured {sure}."
         )
-    return f"nothing is missing from {model}: its residual is at the noise floor {sure}."
+    return f"{NOTHING} from {model}: its residual is at the noise floor {sure}."
 
 
 def _along(where: Sequence[StructurePlace]) -> str:

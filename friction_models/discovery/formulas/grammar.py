@@ -7,7 +7,16 @@ from functools import cache
 from itertools import combinations, permutations
 
 from ...effects.empirical.curves import load_of
-from ...effects.empirical.terms import ALONE, ON_LOGARITHM, OVER_SUMS, OVER_TWO, SLOPING, Term, parse_term
+from ...effects.empirical.terms import (
+    ALONE,
+    DISTANCE,
+    ON_LOGARITHM,
+    OVER_SUMS,
+    OVER_TWO,
+    SLOPING,
+    Term,
+    parse_term,
+)
 
 #: Kinds of products of two curves; where they differ, each may be over either load.
 PRODUCTS = (
@@ -44,7 +53,7 @@ def terms(
     438
     """
     logs = [f"log_{name}" for name in logarithms if name in loads]
-    found = [f"{form}({name})" for name in loads for form in ALONE if form != "ripple" or name == "sd"]
+    found = [f"{form}({name})" for name in loads for form in ALONE if form != "ripple" or name == DISTANCE]
     found += [f"{form}({name})" for name in logs for form in ALONE if form in ON_LOGARITHM]
     for a, b in combinations(loads, 2):
         found += [f"{form}({a}{way}{b})" for form in OVER_TWO for way in "*/"]

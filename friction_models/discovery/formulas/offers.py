@@ -43,6 +43,14 @@ class FormulaOffer:
         """What `refine` adds."""
         return [e.name for e in self.effects]
 
+    @property
+    def resamples(self) -> str:
+        """How often it came first in resamples, in words; where never, what it was chosen for."""
+        if self.stability > 0.0:
+            return f"first in {self.stability:.0%} of resamples"
+        it = "it" if len(self.effects) < 2 else "one of the terms"
+        return f"chosen for its error on unseen tests; {it} was first in none of the resamples"
+
     def to_dict(self) -> dict[str, object]:
         """Return what ``diagnose --json`` writes of it."""
         fitted = {e.name: dict(shape) for e, shape in zip(self.effects, self.shapes)}
@@ -77,9 +85,7 @@ def offer_lines(offers: Sequence[FormulaOffer]) -> list[str]:
         low, high = o.interval
         lines.append(
             f"  {o.name}: rms error on unseen tests {o.rms[0]:.4f} -> {o.rms[1]:.4f}; {o.share:.0%} ({100 * low:.0f} to {high:.0%}) "
-            f"of what is known to be avoidable of its square; first in {o.stability:.0%} of resamples".replace(
-                "%", " %"
-            )
+            f"of what is known to be avoidable of its square; {o.resamples}".replace("%", " %")
         )
         lines.append(f"    {o.equation}")
     return lines

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from ...common import InputError
+from ...common.errors import nearest
 from ...expressions.ops import Ops, Value
 from ...loads import LOAD_NAMES
 from ..parameters import ShapeParameter
@@ -41,6 +42,8 @@ IN_PRODUCTS = ("line", "share", "step", "rise", "fall", "bump", "wave")
 ON_LOGARITHM = ("threshold", "bump", "line", "step", "rise", "fall")
 LOGARITHMS = ("v_rel", "sigma_n", "psi")
 SLOPING = "sloping_"
+#: The load over which a wave may die away.
+DISTANCE = "sd"
 
 _PART = re.compile(r"([a-z]+)\(([A-Za-z_]+)(?:([*/+-])([A-Za-z_]+))?\)")
 
@@ -146,7 +149,11 @@ def parse_term(text: str) -> Term:
     >>> parse_term("hump(T)")
     Traceback (most recent call last):
         ...
-    friction_models.common.errors.InputError: empirical term 'hump(T)'; allowed: ..., of the loads v_rel, T, sigma_n, sd, psi
+    friction_models.common.errors.InputError: empirical term 'hump(T)'; allowed: ..., of the loads v_rel, T, sigma_n, sd, psi; ripple of sd only
+    >>> parse_term("bump(sigma)")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: empirical term 'bump(sigma)': no load 'sigma' (did you mean 'sigma_n'?); allowed: ...
     """
     rest = text.removeprefix(SLOPING)
     parts = tuple(Part(*(m.groups(""))) for m in _PART.finditer(rest))
@@ -154,10 +161,23 @@ def parse_term(text: str) -> Term:
     if str(term) == text and _sound(parts):
         return term
     raise InputError(
-        f"empirical term {text!r:.80}; allowed: {', '.join(ALONE)} of a load, {', '.join(OVER_TWO)} of T*sigma_n or T/sigma_n, "
+        f"empirical term {text!r:.80}{_wrong(parts)}; allowed: {', '.join(ALONE)} of a load, {', '.join(OVER_TWO)} of T*sigma_n or T/sigma_n, "
         f"{', '.join(OVER_SUMS)} of T+sigma_n or T-sigma_n, and "
-        f"products of two of {', '.join(IN_PRODUCTS)}, of the loads {', '.join(LOAD_NAMES)}"
+        f"products of two of {', '.join(IN_PRODUCTS)}, of the loads {', '.join(LOAD_NAMES)}; ripple of {DISTANCE} only"
     )
+
+
+def _wrong(parts: Sequence[Part]) -> str:
+    """Return what of a term is wrong where one name is; empty where its build is."""
+    allowed = [*LOAD_NAMES, *(f"log_{n}" for n in LOGARITHMS)]
+    for p in parts:
+        for name in (n for n in (p.load, p.other) if n):
+            if name not in allowed:
+                near = nearest(name, allowed)
+                return f": no load {name!r} ({f'did you mean {near!r}?' if near else ', '.join(LOAD_NAMES)})"
+        if p.form == "ripple" and p.load != DISTANCE:
+            return f": ripple runs over the distance {DISTANCE} only, not over {p.load}"
+    return ""
 
 
 def _sound(parts: Sequence[Part]) -> bool:
@@ -172,7 +192,7 @@ def _sound(parts: Sequence[Part]) -> bool:
         )
         two = OVER_SUMS if p.added else OVER_TWO
         forms = IN_PRODUCTS if len(parts) == 2 else two if p.other else ALONE
-        if not known or p.form not in forms:
+        if not known or p.form not in forms or (p.form == "ripple" and p.load != DISTANCE):
             return False
         if len(parts) == 2 and p.other:
             return False

@@ -32,6 +32,7 @@ class RepeatsNumbers(TypedDict):
     scatter: float
     interval: list[float]
     p_value: float
+    exact: NotRequired[bool]  #: Not in files of earlier versions.
 
 
 class FloorFromLoads(TypedDict):

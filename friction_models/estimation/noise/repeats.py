@@ -37,6 +37,8 @@ class Repeats:
     interval: tuple[float, float]  #: 95 % interval of it (chi-square).
     #: That settings differ as much as they do by chance, if all tests were repeats of one another; 1 for few settings.
     p_value: float
+    #: Whether the loads of a setting agree as well as a machine meets a set point; a ladder of small steps has settings, too.
+    exact: bool = True
 
     @property
     def lacks_fit(self) -> bool:
@@ -55,6 +57,7 @@ class Repeats:
             "scatter": self.scatter,
             "interval": list(self.interval),
             "p_value": self.p_value,
+            "exact": self.exact,
         }
 
 
@@ -85,6 +88,7 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
         float(np.sqrt(square)),
         (float(np.sqrt(low)), float(np.sqrt(high))),
         _by_chance(level, own, groups, seed),
+        _exact(campaign, groups),
     )
 
 
@@ -105,6 +109,12 @@ def _repeated(
         across.append(same[best])
         same, groups = less[best], found[best]
     return groups, across
+
+
+def _exact(campaign: BinnedTests, groups: list[Indexes]) -> bool:
+    """Return whether the loads of each group agree as set points do, whatever their range."""
+    met = [in_units(name, level, share=0.0) for name, level in campaign.levels.items()]
+    return all(np.ptp(level[group]) <= 2.0 for level in met for group in groups)
 
 
 def _freedom(groups: list[Indexes]) -> int:

@@ -84,7 +84,8 @@ def diagnose(
             stages(60, "before and after")
             confirmed = confirmed_addition(friction, part, result.effects)
             stages(75, "page of the answer")
-            write = built_page(report, "diagnosis", result, model, confirmed)
+            held_out = dataset.points["test_id"].nunique() - part.points["test_id"].nunique()
+            write = built_page(report, "diagnosis", result, model, confirmed, held_out)
             stages(100, "the answer")
     say(result.report())
     if earlier is not None:

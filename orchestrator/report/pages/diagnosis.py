@@ -14,6 +14,7 @@ from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
 from friction_models.discovery.answer.findings import ParameterValue
+from friction_models.discovery.answer.wording import NOTHING, NOTHING_SEEN
 from friction_models.discovery.refinement import Addition
 from friction_models.effects import make_effect
 from friction_models.loads import DataSet, FloatArray
@@ -30,8 +31,11 @@ from ..sections import evidence
 MOST_POINTS = 3000
 
 
-def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = None) -> str:
-    """Return the HTML of the diagnosis of a model named `label`, with what `confirmed_addition` returned."""
+def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = None, held_out: int = 0) -> str:
+    """Return the HTML of the diagnosis of a model named `label`, with what `confirmed_addition` returned.
+
+    So many tests of the data set were `held_out` of the diagnosis: `refine` judges by these.
+    """
     content = cast(evidence.DiagnosisNumbers, found.to_dict())
     averages, named = found.averages, bool(found.effects)
     tests = averages["test_id"].nunique()
@@ -44,7 +48,7 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = No
         synthetic=found.synthetic,
     )
     verdict, proposed = evidence.verdict_text(content), evidence.next_tests_html(content)
-    page.add("verdict", "Verdict", verdict, _confirmed(confirmed), proposed)
+    page.add("verdict", "Verdict", verdict, _confirmed(confirmed, tests, held_out), proposed)
     page.add("budget", "Error budget", evidence.budget_html(content))
     predicted = predicted_mu(found)
     what = f" After: with {' and '.join(found.effects)}, fitted to the same tests." if named else ""
@@ -105,21 +109,31 @@ def _headline(found: Diagnosis) -> str:
         if one
         else f"effects are missing, {names} fit best",
         "unknown_structure": "something is missing that the catalogue does not know",
-        "nothing_missing": "nothing is missing" if _sure(found) else "nothing can be seen to be missing",
+        "nothing_missing": NOTHING if _sure(found) else NOTHING_SEEN,
         "data_problem": f"the data are at fault ({names})" if names else "the data are at fault",
         "out_of_domain": "the data lie outside what it was trained on",
     }[found.verdict]
 
 
 def _sure(found: Diagnosis) -> bool:
-    """Whether "nothing missing" means that nothing is missing: few tests cannot show their scatter."""
-    return found.verdict != "nothing_missing" or found.confidence > 0.5
+    """Whether "nothing missing" means that nothing is missing, as the sentence of the answer says: thin tests can hide much."""
+    return found.verdict != "nothing_missing" or found.sentence.startswith(NOTHING)
 
 
-def _confirmed(entry: Addition | None) -> str:
+def _confirmed(entry: Addition | None, tests: int, held_out: int) -> str:
     if entry is None:
         return ""
-    by = f"Errors of the refitted model by {entry['judged_by']}; tribofmu refine makes that model, and judges it on all points."
+    crossed = (
+        f" (of the {counted(tests, 'test')} of this page)" if "cross-validation" in entry["judged_by"] else ""
+    )
+    by = f"Tests not seen in the fit: by {entry['judged_by']}{crossed}. tribofmu refine makes that model, and judges it "
+    if held_out:
+        by += (
+            f"by the {counted(held_out, 'test')} of the data set that have another role than train. This page does not look at them, so "
+            "the errors there are others."
+        )
+    else:
+        by += "by the same tests on all points."
     # A page may show them beside what came of the addition.
     return judged(entry, entry, "if it is added: ") + paragraph(by)
 
@@ -151,7 +165,7 @@ def _formulas(found: Diagnosis) -> str:
             f"{o.rms[0]:.4f} to {o.rms[1]:.4f}",
             f"{o.share:.0%}",
             f"{o.interval[0]:.0%} to {o.interval[1]:.0%}",
-            f"{o.stability:.0%}",
+            f"{o.stability:.0%}" if o.stability > 0.0 else "none",
         )
         for o in found.formulas
     ]
@@ -162,6 +176,10 @@ def _formulas(found: Diagnosis) -> str:
         "by the flexible reference or by the term. No law stands behind them, they fade out beyond the tested range, and nothing adds them "
         "but tribofmu refine --add 'NAME'."
     )
+    if any(o.stability == 0.0 for o in found.formulas):
+        said += (
+            " A term that was first in none of the resamples was chosen for its error on unseen tests alone."
+        )
     pictures = [
         figure(
             f"term-{k}",

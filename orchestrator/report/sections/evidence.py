@@ -8,7 +8,13 @@ from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.discovery.answer.figures_data import setpoints_text, where_text
 from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
 from friction_models.discovery.answer.uncertain_loads import from_loads_text
-from friction_models.discovery.answer.wording import floor_source, meaning_of_numbers, p_text
+from friction_models.discovery.answer.wording import (
+    floor_source,
+    in_hundred,
+    meaning_of_numbers,
+    mu_format,
+    p_text,
+)
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.judge.verdict import LEVEL
 from friction_models.estimation.noise.noise_floor import NoiseFloorNumbers
@@ -45,6 +51,7 @@ class DiagnosisNumbers(TypedDict):
     unrecorded_factor: NotRequired[TestGroups | None]
     warnings: NotRequired[list[str]]
     next_tests: NotRequired[list[NextTest]]
+    not_first: NotRequired[str]
 
 
 def verdict_text(found: DiagnosisNumbers) -> str:
@@ -52,7 +59,7 @@ def verdict_text(found: DiagnosisNumbers) -> str:
     verdict, confidence = found["verdict"], found.get("confidence")
     said = found.get("sentence") or MEANINGS.get(verdict, "")
     said = said[:1].upper() + said[1:]
-    sure = "" if confidence is None or "confidence" in said else f" Confidence {100 * confidence:.0f} %."
+    sure = "" if confidence is None or "confidence" in said else f" Confidence {in_hundred(confidence)} %."
     # Behind a sentence that holds both numbers, the one seems to contradict the other.
     p = next((r["p_value"] for r in found["ranking"] if r["effect"] in found["effects"]), None)
     meaning = meaning_of_numbers(confidence, p if "p = " in said else None)
@@ -65,23 +72,24 @@ def budget_html(found: DiagnosisNumbers) -> str:
     noise, named = found["noise_floor"], found["effects"]
     low, high = noise.get("interval") or (None, None)
     source = "; ".join(s for s in (floor_source(noise, named), from_loads_text(noise)) if s)
-    interval = f" (95 % interval {low:.4f} to {high:.4f})" if low is not None and high is not None else ""
     floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
+    f = mu_format((floor**2 + explained**2 + missing**2) ** 0.5, 4)
+    interval = f" (95 % interval {low:{f}} to {high:{f}})" if low is not None and high is not None else ""
     chart = figure(
         "budget",
         budget_chart(floor, explained, missing, bool(named)),
-        f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: {noise['total']:.4f}"
+        f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: {noise['total']:{f}}"
         f"{interval}{'; ' if source else ''}{source}. "
-        f"In the records: scatter between tests {noise['test']:.4f}, drift within a test {noise['drift']:.4f}, sensor "
-        f"{noise['sensor']:.4f} a point.",
+        f"In the records: scatter between tests {noise['test']:{f}}, drift within a test {noise['drift']:{f}}, sensor "
+        f"{noise['sensor']:{f}} a point.",
         "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
 
     def row(when: str, explained: float, shown: str) -> tuple[str, ...]:
         total = (floor**2 + explained**2 + missing**2) ** 0.5
-        return when, f"{total:.4f}", f"{floor:.4f}", shown, f"{missing:.4f}"
+        return when, f"{total:{f}}", f"{floor:{f}}", shown, f"{missing:{f}}"
 
-    rows = [row("before", explained, f"{explained:.4f}" if named else "-")]
+    rows = [row("before", explained, f"{explained:{f}}" if named else "-")]
     rows += [row(f"after, with {' and '.join(named)}", 0.0, "-")] if named else []
     headings = ["RMS of mu", "in all", "noise floor", "explained by what is named", "still missing"]
     return chart + table(headings, rows, numeric=(1, 2, 3, 4))
@@ -92,14 +100,19 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
     ranking, chosen, confusable = found["ranking"], found["effects"], found.get("confusion_set", [])
     if not ranking:
         return paragraph("No effect of the catalogue could be tried on these data.")
+    chance = "chance alone gives gains like these"
+    if (ranking[0]["p_value"] or 1.0) < LEVEL:
+        chance = "what stands out lowers the error on unseen tests too little"
     none = {
         "unknown_structure": "None is accepted: what is missing has another shape than any of them.",
-        "nothing_missing": "None is accepted: chance alone gives gains like these.",
+        "nothing_missing": f"None is accepted: {chance}.",
     }.get(found["verdict"], "None is accepted.")
     if len(confusable) > 1:
         apart = f"The data cannot tell these apart: {escape(', '.join(confusable))}."
     else:
-        apart = "The data tells the first one from all others." if chosen else none
+        # the first of the ranking need not be the one that is named
+        first = chosen[0] if chosen and ranking[0]["effect"] != chosen[0] else "the first one"
+        apart = f"The data tells {escape(first)} from all others." if chosen else none
     needed = (
         ""
         if threshold is None or threshold <= 0.0
@@ -129,7 +142,9 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
     ]  # fmt: skip
     classes = [told(r["effect"], "after", "", "") for r in ranking[:8]]
     headings = ["effect", "evidence", "gain", "family-wise p of the gain", ""]
-    return f"{chart}\n{table(headings, rows, numeric=(1, 2, 3), classes=classes)}"
+    said = found.get("not_first", "")
+    reason = paragraph(said[:1].upper() + said[1:]) if said else ""
+    return f"{chart}\n{table(headings, rows, numeric=(1, 2, 3), classes=classes)}{reason}"
 
 
 def remarks_html(found: DiagnosisNumbers) -> str:

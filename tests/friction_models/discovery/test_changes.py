@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -43,4 +44,28 @@ def test_another_file_is_refused_with_a_reason(content: str, said: str, tmp_path
     file = tmp_path / "before.json"
     file.write_text(content)
     with pytest.raises(InputError, match=said):
+        read_diagnosis(file)
+
+
+@pytest.mark.parametrize(
+    ("confidence", "floor", "said"),
+    [
+        ("NaN", "0.002", "confidence = nan; allowed: 0 to 1"),
+        ("1.5", "0.002", "confidence = 1.5; allowed: 0 to 1"),
+        ("true", "0.002", "confidence = True; allowed: 0 to 1"),
+        ("0.8", "Infinity", "error_budget.floor = inf; allowed: a finite number, 0 or larger"),
+        ("0.8", "-0.1", "error_budget.floor = -0.1; allowed"),
+        ("0.8", '"much"', "error_budget.floor = 'much'; allowed"),
+    ],
+)
+def test_numbers_that_no_diagnosis_writes_are_refused(
+    confidence: str, floor: str, said: str, tmp_path: Path
+) -> None:
+    """They were compared with the new ones: "confidence nan -> 0.94, noise floor inf -> 0.00267"."""
+    file = tmp_path / "before.json"
+    file.write_text(
+        '{"verdict": "explained", "effects": [], "confusion_set": [], '
+        f'"confidence": {confidence}, "error_budget": {{"floor": {floor}, "explained": null, "missing": 0}}}}'
+    )
+    with pytest.raises(InputError, match=re.escape(f"{file}: {said}")):
         read_diagnosis(file)

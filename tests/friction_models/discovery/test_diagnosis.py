@@ -27,7 +27,7 @@ DAILY = ["stribeck", "viscous", "work_exhaustion", "static_peak"]
 SHORT = ("rate_state", "static_peak")
 KEYS = [
     "verdict", "effects", "confidence", "confusion_set", "ranking", "noise_floor", "error_budget", "where",
-    "worst_tests", "unrecorded_factor", "next_tests", "warnings", "sentence", "model", "parameters", "residuals", "formulas",
+    "worst_tests", "unrecorded_factor", "next_tests", "warnings", "sentence", "model", "parameters", "residuals", "formulas", "not_first",
 ]  # fmt: skip
 
 

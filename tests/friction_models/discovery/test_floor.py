@@ -147,7 +147,7 @@ def test_what_repeats_rule_out_is_not_called_noise() -> None:
     own = dict(zip(settings.unique(), np.random.default_rng(5).normal(0.0, 0.012, 12)))
     found = diagnose(measured(loads, 0.1 + settings.map(own), 5, test=0.001), model="linear")
     assert found.verdict != "nothing_missing" or found.confidence <= 0.5
-    assert any("repeated settings agree" in w for w in found.warnings)
+    assert any("repeated settings: their mu agrees" in w for w in found.warnings)
     assert found.noise_floor["total"] < 0.005
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
@@ -278,3 +279,18 @@ def test_a_wrong_term_is_refused_with_what_is_allowed(name: str) -> None:
     assert not known_effect(name)
     with pytest.raises(InputError, match="allowed: power"):
         make_effect(name)
+
+
+@pytest.mark.parametrize(
+    ("term", "said"),
+    [
+        ("bump(mu)", "'bump(mu)': no load 'mu' (v_rel, T, sigma_n, sd, psi); allowed"),
+        ("line(T)*step(sigma)", "no load 'sigma' (did you mean 'sigma_n'?); allowed"),
+        ("ripple(T)", "'ripple(T)': ripple runs over the distance sd only, not over T; allowed"),
+        ("sloping_ripple(v_rel)", "ripple runs over the distance sd only, not over v_rel; allowed"),
+    ],
+)
+def test_what_is_wrong_in_a_term_is_said_before_the_grammar(term: str, said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        make_effect(f"empirical:{term}")
+    assert known_effect("empirical:ripple(sd)") and known_effect("empirical:sloping_ripple(sd)")

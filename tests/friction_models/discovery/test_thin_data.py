@@ -128,6 +128,8 @@ def test_what_stands_out_in_too_few_tests_to_be_named_is_said(seeds: range) -> N
         told = [w for w in found.warnings if "stands out" in w]
         assert bool(found.effects) != bool(told)
         assert all(found.ranking[0]["effect"] in w and "8 tests" in w for w in told)
+        # not "nothing is missing" beside "X stands out"
+        assert not told or found.sentence.startswith("nothing can be seen to be missing")
         unnamed += not found.effects
     assert unnamed, "of eight tests chance leaves too little to name anything each time"
 

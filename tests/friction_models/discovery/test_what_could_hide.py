@@ -11,6 +11,7 @@ import pytest
 from scipy.stats import qmc
 
 from friction_models.discovery import Diagnosis, diagnose
+from orchestrator.report.pages.diagnosis import diagnosis_page
 
 
 def averages(seed: int, tests: int, step: float = 0.0) -> pd.DataFrame:
@@ -66,3 +67,15 @@ def test_an_effect_that_no_such_test_could_show_has_no_size() -> None:
     assert found.verdict == "nothing_missing"
     assert said(found) == ""
     assert any(w.startswith("an effect of v_rel would not show in tests like these") for w in found.warnings)
+
+
+def test_the_sentence_does_not_say_more_than_the_warnings_allow() -> None:
+    """Speeds so near one another that no effect of them could show: "nothing is missing" stood above that warning."""
+    data = averages(2, 36)
+    found = diagnose(data.assign(v_rel=100.0 + 5.0 * data["v_rel"].rank() / 36.0))
+    assert found.verdict == "nothing_missing" and found.confidence > 0.8
+    assert any(w.startswith("an effect of v_rel would not show") for w in found.warnings)
+    seen = "nothing can be seen to be missing"
+    assert found.sentence.startswith(seen) and found.to_dict()["sentence"] == found.sentence
+    page = diagnosis_page(found, "it")
+    assert f"<title>it: {seen}" in page and "there is nothing to find" not in page

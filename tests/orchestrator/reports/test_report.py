@@ -267,3 +267,18 @@ def test_every_page_of_the_registry_has_its_function() -> None:
         assert callable(getattr(import_module(f"orchestrator.report.{module}"), function)), name
     with pytest.raises(InputError, match="did you mean 'coverage'"):
         page_of("coverag")
+
+
+def test_the_page_says_by_which_tests_an_addition_is_judged() -> None:
+    """With held-out tests `refine` judges by these and `diagnose` by the others: two numbers with one name."""
+    steps = [(k, j) for k in range(6) for j in range(8)]
+    data = pd.DataFrame({"test_id": [f"test{k}" for k, _ in steps], "sd": [2.0 * j for _, j in steps]})
+    data = data.assign(T=[20.0 + 10 * j for _, j in steps], mu=[0.1 - 0.002 * j + 1e-5 * k for k, j in steps])
+    found = diagnose(data, model="constant", catalogue=["thermal_softening", "stribeck"])
+    confirmed = confirmed_addition("constant", DataSet(data, None, {}), found.effects)
+    alone, beside = (diagnosis.diagnosis_page(found, "it", confirmed, held_out) for held_out in (0, 3))
+    said = (
+        "Tests not seen in the fit: by 6-fold cross-validation by whole tests (of the 6 tests of this page)."
+    )
+    assert said in alone and "judges it by the same tests on all points" in alone
+    assert said in beside and "judges it by the 3 tests of the data set that have another role" in beside
