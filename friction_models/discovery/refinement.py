@@ -18,6 +18,7 @@ from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.metadata import with_all_metadata
 from ..estimation.noise.odd_tests import first_names
 from ..families.composed import ComposedFriction
+from ..families.refinement_history import rise_text
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..models.base import FrictionModel
@@ -63,6 +64,8 @@ class Addition(TypedDict):
     intervals: NotRequired[dict[str, dict[str, list[float] | None]]]
     #: Whether the RMSE fell by more than chance.
     clear: NotRequired[bool]
+    #: Whether the RMSE rose by more than chance; not in older files.
+    rose: NotRequired[bool]
 
 
 @one_blas_thread()
@@ -161,6 +164,7 @@ def refine(
         error_before, error_after = (before - mu)[seen], (after - mu)[seen]
         _, unseen_test = np.unique(campaign.point_test[seen], return_inverse=True)
         intervals, clear = before_and_after(error_before, error_after, unseen_test, seed)
+        _, rose = before_and_after(error_after, error_before, unseen_test, seed)
         entry: Addition = {
             "added": [e.name for e in added],
             "judged_by": by,
@@ -169,6 +173,7 @@ def refine(
             "after": error_measures(mu[seen], after[seen], groups),
             "intervals": intervals,
             "clear": clear,
+            "rose": rose,
         }
         if not force and _worse(error_before, error_after, campaign.point_test[seen]):
             raise InputError(
@@ -227,14 +232,15 @@ def fault_note(model: FrictionModel) -> str:
 
 
 def _sure(entry: Mapping[str, Any]) -> list[str]:
-    """Return a line with the 95 % intervals of the RMSE of a round, and whether it fell by more than chance; none where they are not known."""
+    """Return a line with the 95 % intervals of the RMSE of a round, and whether it changed by more than chance; none where they are not known."""
     intervals = entry.get("intervals", {})
     found = [intervals.get(when, {}).get("rmse") for when in ("before", "after", "fall")]
     if any(f is None for f in found):
         return []
     before, after, fall = (f"{low:.5f} to {high:.5f}" for low, high in found)
     chance = "more than chance" if entry.get("clear") else "which may be chance"
-    return [f"     95 % of resampled tests: RMSE {before} -> {after}, lower by {fall}: {chance}"]
+    changed = rise_text(entry) or f"lower by {fall}: {chance}"
+    return [f"     95 % of resampled tests: RMSE {before} -> {after}, {changed}"]
 
 
 def _held_out(loads: TriboLoads) -> np.ndarray | None:

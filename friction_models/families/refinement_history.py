@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ..common import InputError
@@ -28,7 +29,7 @@ def checked_round(entry: Any) -> dict[str, Any]:
         and "added" in entry
         and all(_are_measures(entry.get(name)) for name in ("before", "after"))
         and are_intervals(entry.get("intervals", {}))
-        and isinstance(entry.get("clear", False), bool)
+        and all(isinstance(entry.get(name, False), bool) for name in ("clear", "rose"))
     )
     if not good:
         raise InputError(
@@ -36,6 +37,24 @@ def checked_round(entry: Any) -> dict[str, Any]:
             "before and after, with or without their intervals"
         )
     return dict(entry)
+
+
+def rise_text(entry: Mapping[str, Any]) -> str:
+    """Return by how much the RMSE of a round rose (95 %), where it rose by more than chance; else an empty text.
+
+    Files older than the key ``rose`` say so by their interval alone.
+
+    Examples
+    --------
+    >>> rise_text({"intervals": {"fall": {"rmse": [-0.00042, -0.00009]}}, "clear": False, "rose": True})
+    'higher by 0.00009 to 0.00042: more than chance'
+    >>> rise_text({"intervals": {"fall": {"rmse": [-0.004, 0.001]}}, "clear": False, "rose": False})
+    ''
+    """
+    fall = entry.get("intervals", {}).get("fall", {}).get("rmse")
+    if fall is None or fall[1] >= 0.0 or not entry.get("rose", True):
+        return ""
+    return f"higher by {-fall[1]:.5f} to {-fall[0]:.5f}: more than chance"
 
 
 def are_intervals(found: object) -> bool:

@@ -123,8 +123,10 @@ def _without_strange(entry: dict[str, Any]) -> dict[str, Any]:
     # It brings all that counts, for which the first page does not wait.
     from friction_models.families.refinement_history import are_intervals
 
-    good = are_intervals(entry.get("intervals", {})) and isinstance(entry.get("clear", False), bool)
-    return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear"}}
+    good = are_intervals(entry.get("intervals", {})) and all(
+        isinstance(entry.get(k, False), bool) for k in ("clear", "rose")
+    )
+    return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear", "rose"}}
 
 
 def _is_round(entry: object) -> bool:

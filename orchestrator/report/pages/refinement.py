@@ -71,12 +71,12 @@ def _history(history: list[Addition]) -> list[str]:
     rows = [
         (
             *((k, " + ".join(entry["added"]), entry["judged_by"]) if key == "rmse" else ("", "", "")), name,
-            *in_numbers(entry, key), chance(entry.get("clear")) if key == "rmse" else "",
+            *in_numbers(entry, key), chance(entry) if key == "rmse" else "",
         )
         for k, entry in enumerate(history, 1)
         for key, name in names.items()
     ]  # fmt: skip
-    headings = ["round", "added", "judged by", "error", "before [95 %]", "after [95 %]", "fall [95 %]", "the fall is"]  # fmt: skip
+    headings = ["round", "added", "judged by", "error", "before [95 %]", "after [95 %]", "fall [95 %]", "the change is"]  # fmt: skip
     caption = (
         f"Each round against the ordinary fit of the model before it, over all points of the unseen tests. {INTERVALS} The error budget "
         "of a diagnosis averages the points first, so its numbers are smaller by the noise of the sensor."

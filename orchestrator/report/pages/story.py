@@ -164,7 +164,7 @@ def _rounds(loops: Sequence[Loop]) -> list[str]:
                 " and ".join(str(name) for name in entry["added"]),
                 *in_numbers(entry, "rmse"),
                 f"{100 * (entry['after']['rmse'] / entry['before']['rmse'] - 1):+.0f} %",
-                chance(entry.get("clear")),
+                chance(entry),
                 str(entry["judged_by"]),
             )
             for entry in loop.rounds
@@ -176,7 +176,7 @@ def _rounds(loops: Sequence[Loop]) -> list[str]:
             judged(first, last),
             figure(name, rounds_chart(loop.rounds, loop.floor), caption, "Error after each round, falling as a staircase."),
             table(
-                ["added", "RMSE of mu before [95 %]", "after [95 %]", "fall [95 %]", "change", "the fall is", "judged by"],
+                ["added", "RMSE of mu before [95 %]", "after [95 %]", "fall [95 %]", "change", "the change is", "judged by"],
                 rows, numeric=(1, 2, 3, 4), caption=INTERVALS,
             ),
         ]  # fmt: skip

@@ -239,6 +239,18 @@ def test_history_says_when_an_addition_did_not_help() -> None:
     assert lines[1].startswith("  1  + stribeck") and "NO BETTER" not in lines[1] and "NO BETTER" in lines[2]
 
 
+def test_a_certain_rise_is_said_on_the_page() -> None:
+    points = made_up.campaign(8, 15)
+    after = refine(points, add="stribeck", force=True)
+    entry = after.error_history_[-1]  # type: ignore[attr-defined]
+    fall = {"rmse": [-0.00042, -0.00009], "mae": [-0.0003, 0.0001]}
+    entry |= {"clear": False, "rose": True, "intervals": entry["intervals"] | {"fall": fall}}
+    entry["after"] = {name: 1.04 * value for name, value in entry["before"].items()}
+    page = refinement_page(LinearFriction().fit_frame(points), after, DataSet(points), "it")
+    said = "higher by 0.00009 to 0.00042: more than chance"
+    assert f"rose by 4 %: {said}" in page and f"<td>{said}</td>" in page and "may be chance" not in page
+
+
 def test_several_names_fit_and_are_missing_in_the_plural() -> None:
     found = falling_and_running_in(0.01, THREE)
     assert found.verdict == "ambiguous" and len(found.effects) == 2
