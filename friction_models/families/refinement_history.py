@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..common import InputError
@@ -28,15 +28,25 @@ def checked_round(entry: Any) -> dict[str, Any]:
         and all(_are_texts(entry.get(name, [])) for name in ("added", "corrects_data"))
         and "added" in entry
         and all(_are_measures(entry.get(name)) for name in ("before", "after"))
-        and are_intervals(entry.get("intervals", {}))
-        and all(isinstance(entry.get(name, False), bool) for name in ("clear", "rose"))
+        and not strange_parts(entry)
     )
     if not good:
         raise InputError(
             f"error_history: {shown(entry, 80)} is no round of additions; allowed: added, judged_by, and rmse and mae "
-            "before and after, with or without their intervals"
+            f"before and after, with or without {', '.join(OPTIONAL)}"
         )
     return dict(entry)
+
+
+def strange_parts(entry: Mapping[str, Any]) -> list[str]:
+    """Return which of the parts that a round may have are not what `refine` records.
+
+    Examples
+    --------
+    >>> strange_parts({"clear": True, "rose": 3, "refitted": {"rmse": 0.005}})
+    ['rose', 'refitted']
+    """
+    return [name for name, good in OPTIONAL.items() if name in entry and not good(entry[name])]
 
 
 def rise_text(entry: Mapping[str, Any]) -> str:
@@ -85,3 +95,16 @@ def _are_texts(values: Any) -> bool:
 
 def _are_measures(values: Any) -> bool:
     return isinstance(values, dict) and all(is_number(values.get(n)) for n in JUDGED)
+
+
+def _is_truth(found: object) -> bool:
+    return isinstance(found, bool)
+
+
+#: What a round has beside its errors, and how it is checked; older files lack some of it.
+OPTIONAL: dict[str, Callable[[Any], bool]] = {
+    "intervals": are_intervals,
+    "clear": _is_truth,
+    "rose": _is_truth,
+    "refitted": _are_measures,
+}
