@@ -25,6 +25,8 @@ FITTED = {
     "refitted": "the model as it was, with the weights of the joint fit",
     "after": "the model with what is added",
 }
+#: Before the name of an effect that is left out of those added.
+WITHOUT = "without "
 
 
 class Addition(TypedDict):
@@ -62,12 +64,15 @@ class Addition(TypedDict):
     rose: NotRequired[bool]
     #: Errors of the model before, refitted as the model after is, where that is another fit than ``before``; not in older files.
     refitted: NotRequired[dict[str, float]]
+    #: Of several effects added, by the name of each: the errors ``after`` without it, the others fitted anew, and whether it is
+    #: ``needed``, that is whether the RMSE without it is higher by more than chance; not in older files.
+    without: NotRequired[dict[str, dict[str, Any]]]
 
 
 def models_to_judge(
-    base: FrictionModel, refined: ComposedFriction, loads: TriboLoads
+    base: FrictionModel, refined: ComposedFriction, added: Sequence[Effect], loads: TriboLoads
 ) -> dict[str, FrictionModel]:
-    """Return the unfitted models of a round by what they are: ``before``, ``refitted`` and ``after``.
+    """Return the unfitted models of a round by what they are: ``before``, ``refitted``, ``after``, and of several effects ``without NAME``.
 
     A joint fit weighs by the noise floor, or takes ordinary least squares where these predict tests left out better. ``before`` is
     the ordinary fit and ``refitted`` the joint fit without an effect, so both weights are tried without what is added. A model
@@ -77,7 +82,11 @@ def models_to_judge(
     models: dict[str, FrictionModel] = {"before": base}
     if not isinstance(base, ComposedFriction) and (base.form == "linear" or loads.stated_uncertainty()):
         models["refitted"] = ComposedFriction(clone(base), [])
-    return models | {"after": refined}
+    models["after"] = refined
+    for effect in added if len(added) > 1 else ():
+        others = [e for e in refined.effects if e is not effect]
+        models[WITHOUT + effect.name] = ComposedFriction(clone(refined.base), others)
+    return models
 
 
 def unseen_predictions(
@@ -96,7 +105,7 @@ def unseen_predictions(
     fitted: Any = None
     for k, unseen in enumerate(folds):
         for j, (name, model) in enumerate(models.items()):
-            told(k * len(models) + j, len(folds) * len(models), FITTED[name])
+            told(k * len(models) + j, len(folds) * len(models), FITTED.get(name, name))
             found, predicted[name][unseen] = predicted_unseen(model, loads, mu, unseen)
             fitted = found if name == "after" else fitted
     return predicted, fitted
@@ -131,4 +140,13 @@ def judged_addition(
     }
     if "refitted" in measures:
         entry["refitted"] = measures["refitted"]
+    left_out = {e.name: WITHOUT + e.name for e in added if WITHOUT + e.name in measures}
+    if left_out:
+        entry["without"] = {
+            name: {
+                **measures[key],
+                "needed": before_and_after(error[key], error["after"], unseen_test, seed)[1],
+            }
+            for name, key in left_out.items()
+        }
     return entry

@@ -55,6 +55,7 @@ def refine(
 
     Base and effects together are fitted with other weights than `model` alone, which can lower the error without the effects.
     So `model` is judged with these weights, too, and an addition that is no better than that is marked so.
+    Of several effects each is also left out, the others fitted anew, which shows whether it is needed beside them.
 
     Tests that lie far off what all others say are left out as by `diagnose`, and named in ``judged_by``.
 
@@ -115,7 +116,7 @@ def refine(
     history = list(getattr(base, "error_history_", []))
     fold = folds_of(campaign, seed)[campaign.point_test]
     folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
-    models = models_to_judge(base, refined, loads)
+    models = models_to_judge(base, refined, added, loads)
     predicted, fitted = unseen_predictions(models, loads, mu, folds, progress)
     if held is None:
         fitted = clone(refined).fit(loads, mu, names_of(loads, np.ones(len(mu), dtype=bool)))
@@ -177,7 +178,7 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
 
 
 def round_notes(entry: Mapping[str, Any]) -> list[str]:
-    """Return what a round says beside its errors: how much of the fall the effects added have no part in.
+    """Return what a round says beside its errors: which part of the fall is not due to what is added, and which effects are needed.
 
     Examples
     --------
@@ -187,6 +188,11 @@ def round_notes(entry: Mapping[str, Any]) -> list[str]:
     >>> round_notes({"added": ["factor:one"], **errors, "after": {"rmse": 0.00843}})
     ['0.00032 of the fall come from the other weights of the joint fit, not from factor:one: with these weights alone RMSE 0.00883.']
     """
+    return [*_of_weights(entry), *_of_each(entry)]
+
+
+def _of_weights(entry: Mapping[str, Any]) -> list[str]:
+    """Return a sentence on the part of the fall that the weights of the joint fit account for; none where that is small."""
     before, after = entry["before"]["rmse"], entry["after"]["rmse"]
     alone = entry.get("refitted", entry["before"])["rmse"]
     if alone >= before or after >= BETTER * before:
@@ -201,6 +207,18 @@ def round_notes(entry: Mapping[str, Any]) -> list[str]:
         f"{part} from the other weights of the joint fit, not from {' + '.join(map(str, entry['added']))}: "
         f"with these weights alone RMSE {alone:.5f}."
     ]
+
+
+def _of_each(entry: Mapping[str, Any]) -> list[str]:
+    """Return the error without each of several effects that were added, and whether it is needed beside the others."""
+    lines = []
+    for name, found in entry.get("without", {}).items():
+        said = "it is needed" if found["needed"] else "it is not needed"
+        # A rise that a single test, or few, may have made shows neither.
+        if not found["needed"] and entry["after"]["rmse"] < BETTER * found["rmse"]:
+            said = "it may be needed: the rise may be chance"
+        lines.append(f"without {name} RMSE {found['rmse']:.5f} ({said})")
+    return lines
 
 
 def _best_without(entry: Mapping[str, Any]) -> float:

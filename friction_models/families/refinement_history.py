@@ -97,6 +97,14 @@ def _are_measures(values: Any) -> bool:
     return isinstance(values, dict) and all(is_number(values.get(n)) for n in JUDGED)
 
 
+def _are_left_out(found: Any) -> bool:
+    """Whether these are errors without each effect, with whether it is needed."""
+    return isinstance(found, dict) and all(
+        isinstance(name, str) and _are_measures(part) and _is_truth(part.get("needed"))
+        for name, part in found.items()
+    )
+
+
 def _is_truth(found: object) -> bool:
     return isinstance(found, bool)
 
@@ -107,4 +115,5 @@ OPTIONAL: dict[str, Callable[[Any], bool]] = {
     "clear": _is_truth,
     "rose": _is_truth,
     "refitted": _are_measures,
+    "without": _are_left_out,
 }
