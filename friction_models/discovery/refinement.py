@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NotRequired, TypedDict
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,54 +15,26 @@ from ..common.processes.pool import Progress
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import BinnedTests, prepare
+from ..estimation.campaign.factors import check_factors
 from ..estimation.campaign.metadata import with_all_metadata
 from ..estimation.noise.odd_tests import first_names
 from ..families.composed import ComposedFriction
+from ..families.refinement_history import rise_text
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
+from ..loads.splits import Mask
 from ..models.base import FrictionModel
 from ..models.domain import Domain
-from ..models.measures import error_measures
-from .judge.unseen_tests import folds_of, names_of, predicted_unseen
+from .judge.unseen_tests import folds_of, names_of
+from .judged_addition import judged_addition, models_to_judge, unseen_predictions
 from .judged_tests import tests_beside, without_odd
-from .resampling import before_and_after
 
 #: An addition is refused when the held-out error rises by more than this, and clearly so (paired over tests).
 WORSE = 1.01
 #: An error that does not fall below this share of the earlier one is said to be no better.
 BETTER = 0.995
-
-
-class Addition(TypedDict):
-    """One entry of ``error_history_``: what was added, and the errors before and after on tests that the fit did not see.
-
-    Examples
-    --------
-    Six tests in which friction falls with temperature, as a constant with the effect describes and a constant does not:
-
-    >>> from friction_models.discovery import refine
-    >>> steps = [(k, j) for k in range(6) for j in range(8)]
-    >>> data = pd.DataFrame({"test_id": [f"test{k}" for k, _ in steps], "sd": [2.0 * j for _, j in steps]})
-    >>> data = data.assign(T=[20.0 + 10 * j for _, j in steps], mu=[0.1 - 0.002 * j + 1e-5 * k for k, j in steps])
-    >>> model = refine(data, model="constant", add="thermal_softening")
-    >>> model.name
-    'constant + thermal_softening'
-    >>> addition = model.error_history_[-1]
-    >>> addition["judged_by"]
-    '6-fold cross-validation by whole tests'
-    >>> round(addition["before"]["mae"], 4), round(addition["after"]["mae"], 4)
-    (0.004, 0.0001)
-    """
-
-    added: list[str]
-    judged_by: str
-    corrects_data: list[str]
-    before: dict[str, float]
-    after: dict[str, float]
-    #: 95 % intervals of the errors ``before`` and ``after`` and of the ``fall``, as `compare` finds them; not in older files.
-    intervals: NotRequired[dict[str, dict[str, list[float] | None]]]
-    #: Whether the RMSE fell by more than chance.
-    clear: NotRequired[bool]
+#: Share of a fall from which on it is said that the weights of the joint fit account for it.
+MATTERS = 1.0 / 3.0
 
 
 @one_blas_thread()
@@ -80,6 +52,10 @@ def refine(
     The result is fitted to the tests whose `role` is ``train`` (to all where no role is recorded) and
     confirmed against the ordinary fit of `model` on whole tests that the fit did not see: those of another
     role, else by cross-validation. The errors before and after are appended to ``error_history_``.
+
+    Base and effects together are fitted with other weights than `model` alone, which can lower the error without the effects.
+    So `model` is judged with these weights, too, and an addition that is no better than that is marked so.
+    Of several effects each is also left out, the others fitted anew, which shows whether it is needed beside them.
 
     Tests that lie far off what all others say are left out as by `diagnose`, and named in ``judged_by``.
 
@@ -111,7 +87,8 @@ def refine(
     Raises
     ------
     InputError
-        A model that cannot be refitted, an unknown effect, or an addition that makes held-out tests worse.
+        A model that cannot be refitted, an unknown effect, a factor of a column with one level or with another text in nearly
+        every test, or an addition that makes held-out tests worse.
     """
     base = make_model(model) if isinstance(model, str) else model
     if not isinstance(base, FrictionModel):
@@ -134,18 +111,13 @@ def refine(
         rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
         plain = clone(base).fit(read.take(rows), mu[rows], names_of(loads, rows))
         return plain.record_data(data.attrs).record_tests(data)
+    check_factors(campaign, added, _fitted_tests(campaign, held))
     refined = ComposedFriction(clone(inner), [*present, *added])
     history = list(getattr(base, "error_history_", []))
     fold = folds_of(campaign, seed)[campaign.point_test]
     folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
-    before, after = np.full(len(mu), np.nan), np.full(len(mu), np.nan)
-    fitted: Any = None
-    told = progress or (lambda done, total, what: None)
-    for k, unseen in enumerate(folds):
-        told(2 * k, 2 * len(folds), "the model as it was")
-        _, before[unseen] = predicted_unseen(base, loads, mu, unseen)
-        told(2 * k + 1, 2 * len(folds), "the model with what is added")
-        fitted, after[unseen] = predicted_unseen(refined, loads, mu, unseen)
+    models = models_to_judge(base, refined, added, loads)
+    predicted, fitted = unseen_predictions(models, loads, mu, folds, progress)
     if held is None:
         fitted = clone(refined).fit(loads, mu, names_of(loads, np.ones(len(mu), dtype=bool)))
     by = (
@@ -156,21 +128,8 @@ def refine(
     if odd:
         by += f", without {first_names(odd)}, far off what all others say"
     if folds:
-        seen = np.isfinite(after)
-        groups = names_of(loads, seen)
-        error_before, error_after = (before - mu)[seen], (after - mu)[seen]
-        _, unseen_test = np.unique(campaign.point_test[seen], return_inverse=True)
-        intervals, clear = before_and_after(error_before, error_after, unseen_test, seed)
-        entry: Addition = {
-            "added": [e.name for e in added],
-            "judged_by": by,
-            "corrects_data": [e.name for e in added if e.kind == "fault"],
-            "before": error_measures(mu[seen], before[seen], groups),
-            "after": error_measures(mu[seen], after[seen], groups),
-            "intervals": intervals,
-            "clear": clear,
-        }
-        if not force and _worse(error_before, error_after, campaign.point_test[seen]):
+        entry = judged_addition(predicted, mu, campaign.point_test, loads.test_id, added, by, seed)
+        if not force and _worse(predicted, mu, campaign.point_test):
             raise InputError(
                 f"refine: adding {', '.join(e.name for e in added)} raises the error on {by} from "
                 f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or --force (in Python force=True)"
@@ -206,9 +165,9 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
         lines.append(
             f"  {k}  + {' + '.join(entry['added']):<24} RMSE {before['rmse']:.5f} -> {after['rmse']:.5f}   "
             f"MAE {before['mae']:.5f} -> {after['mae']:.5f}   ({entry['judged_by']})"
-            + ("" if after["rmse"] < BETTER * before["rmse"] else "  NO BETTER")
+            + ("" if after["rmse"] < BETTER * _best_without(entry) else "  NO BETTER")
         )
-        lines += _sure(entry)
+        lines += [*_sure(entry), *(f"     {note}" for note in round_notes(entry))]
         faults = entry.get("corrects_data", [])
         if faults:
             lines.append(
@@ -216,6 +175,55 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
                 "not in its predictions, not in exported files"
             )
     return "\n".join(lines) + "\n"
+
+
+def round_notes(entry: Mapping[str, Any]) -> list[str]:
+    """Return what a round says beside its errors: which part of the fall is not due to what is added, and which effects are needed.
+
+    Examples
+    --------
+    >>> errors = {"before": {"rmse": 0.00915}, "after": {"rmse": 0.00883}, "refitted": {"rmse": 0.00883}}
+    >>> round_notes({"added": ["factor:one"], **errors})
+    ['The fall comes from the other weights of the joint fit, not from factor:one: with these weights alone RMSE 0.00883.']
+    >>> round_notes({"added": ["factor:one"], **errors, "after": {"rmse": 0.00843}})
+    ['0.00032 of the fall come from the other weights of the joint fit, not from factor:one: with these weights alone RMSE 0.00883.']
+    """
+    return [*_of_weights(entry), *_of_each(entry)]
+
+
+def _of_weights(entry: Mapping[str, Any]) -> list[str]:
+    """Return a sentence on the part of the fall that the weights of the joint fit account for; none where that is small."""
+    before, after = entry["before"]["rmse"], entry["after"]["rmse"]
+    alone = entry.get("refitted", entry["before"])["rmse"]
+    if alone >= before or after >= BETTER * before:
+        return []
+    if after >= BETTER * alone:
+        part = "The fall comes"
+    elif before - alone > MATTERS * (before - after):
+        part = f"{before - alone:.5f} of the fall come"
+    else:
+        return []
+    return [
+        f"{part} from the other weights of the joint fit, not from {' + '.join(map(str, entry['added']))}: "
+        f"with these weights alone RMSE {alone:.5f}."
+    ]
+
+
+def _of_each(entry: Mapping[str, Any]) -> list[str]:
+    """Return the error without each of several effects that were added, and whether it is needed beside the others."""
+    lines = []
+    for name, found in entry.get("without", {}).items():
+        said = "it is needed" if found["needed"] else "it is not needed"
+        # A rise that a single test, or few, may have made shows neither.
+        if not found["needed"] and entry["after"]["rmse"] < BETTER * found["rmse"]:
+            said = "it may be needed: the rise may be chance"
+        lines.append(f"without {name} RMSE {found['rmse']:.5f} ({said})")
+    return lines
+
+
+def _best_without(entry: Mapping[str, Any]) -> float:
+    """Return the smallest RMSE of the model of a round without what it adds, whatever the weights of its fit."""
+    return float(min(entry[when]["rmse"] for when in ("before", "refitted") if when in entry))
 
 
 def fault_note(model: FrictionModel) -> str:
@@ -227,14 +235,15 @@ def fault_note(model: FrictionModel) -> str:
 
 
 def _sure(entry: Mapping[str, Any]) -> list[str]:
-    """Return a line with the 95 % intervals of the RMSE of a round, and whether it fell by more than chance; none where they are not known."""
+    """Return a line with the 95 % intervals of the RMSE of a round, and whether it changed by more than chance; none where they are not known."""
     intervals = entry.get("intervals", {})
     found = [intervals.get(when, {}).get("rmse") for when in ("before", "after", "fall")]
     if any(f is None for f in found):
         return []
     before, after, fall = (f"{low:.5f} to {high:.5f}" for low, high in found)
     chance = "more than chance" if entry.get("clear") else "which may be chance"
-    return [f"     95 % of resampled tests: RMSE {before} -> {after}, lower by {fall}: {chance}"]
+    changed = rise_text(entry) or f"lower by {fall}: {chance}"
+    return [f"     95 % of resampled tests: RMSE {before} -> {after}, {changed}"]
 
 
 def _held_out(loads: TriboLoads) -> np.ndarray | None:
@@ -246,8 +255,18 @@ def _held_out(loads: TriboLoads) -> np.ndarray | None:
     return held if held.any() and not held.all() else None
 
 
-def _worse(before: FloatArray, after: FloatArray, group: np.ndarray) -> bool:
+def _fitted_tests(campaign: BinnedTests, held: Mask | None) -> Mask:
+    """Return which tests are fitted, shape (tests,)."""
+    if held is None:
+        return np.ones(len(campaign.tests), dtype=bool)
+    return ~np.asarray(held)[campaign.point_starts]
+
+
+def _worse(predicted: Mapping[str, FloatArray], mu: FloatArray, point_test: np.ndarray) -> bool:
     """Return whether the error rose, by more than chance over tests allows."""
+    seen = np.isfinite(predicted["after"])
+    before, after = ((predicted[when] - mu)[seen] for when in ("before", "after"))
+    group = point_test[seen]
     if np.sqrt(np.mean(after**2)) <= WORSE * np.sqrt(np.mean(before**2)):
         return False
     _, test = np.unique(group, return_inverse=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..common import InputError
@@ -27,15 +28,43 @@ def checked_round(entry: Any) -> dict[str, Any]:
         and all(_are_texts(entry.get(name, [])) for name in ("added", "corrects_data"))
         and "added" in entry
         and all(_are_measures(entry.get(name)) for name in ("before", "after"))
-        and are_intervals(entry.get("intervals", {}))
-        and isinstance(entry.get("clear", False), bool)
+        and not strange_parts(entry)
     )
     if not good:
         raise InputError(
             f"error_history: {shown(entry, 80)} is no round of additions; allowed: added, judged_by, and rmse and mae "
-            "before and after, with or without their intervals"
+            f"before and after, with or without {', '.join(OPTIONAL)}"
         )
     return dict(entry)
+
+
+def strange_parts(entry: Mapping[str, Any]) -> list[str]:
+    """Return which of the parts that a round may have are not what `refine` records.
+
+    Examples
+    --------
+    >>> strange_parts({"clear": True, "rose": 3, "refitted": {"rmse": 0.005}})
+    ['rose', 'refitted']
+    """
+    return [name for name, good in OPTIONAL.items() if name in entry and not good(entry[name])]
+
+
+def rise_text(entry: Mapping[str, Any]) -> str:
+    """Return by how much the RMSE of a round rose (95 %), where it rose by more than chance; else an empty text.
+
+    Files older than the key ``rose`` say so by their interval alone.
+
+    Examples
+    --------
+    >>> rise_text({"intervals": {"fall": {"rmse": [-0.00042, -0.00009]}}, "clear": False, "rose": True})
+    'higher by 0.00009 to 0.00042: more than chance'
+    >>> rise_text({"intervals": {"fall": {"rmse": [-0.004, 0.001]}}, "clear": False, "rose": False})
+    ''
+    """
+    fall = entry.get("intervals", {}).get("fall", {}).get("rmse")
+    if fall is None or fall[1] >= 0.0 or not entry.get("rose", True):
+        return ""
+    return f"higher by {-fall[1]:.5f} to {-fall[0]:.5f}: more than chance"
 
 
 def are_intervals(found: object) -> bool:
@@ -66,3 +95,25 @@ def _are_texts(values: Any) -> bool:
 
 def _are_measures(values: Any) -> bool:
     return isinstance(values, dict) and all(is_number(values.get(n)) for n in JUDGED)
+
+
+def _are_left_out(found: Any) -> bool:
+    """Whether these are errors without each effect, with whether it is needed."""
+    return isinstance(found, dict) and all(
+        isinstance(name, str) and _are_measures(part) and _is_truth(part.get("needed"))
+        for name, part in found.items()
+    )
+
+
+def _is_truth(found: object) -> bool:
+    return isinstance(found, bool)
+
+
+#: What a round has beside its errors, and how it is checked; older files lack some of it.
+OPTIONAL: dict[str, Callable[[Any], bool]] = {
+    "intervals": are_intervals,
+    "clear": _is_truth,
+    "rose": _is_truth,
+    "refitted": _are_measures,
+    "without": _are_left_out,
+}

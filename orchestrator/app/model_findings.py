@@ -119,12 +119,12 @@ def rounds_of(card: Path) -> list[Mapping[str, Any]]:
 
 
 def _without_strange(entry: dict[str, Any]) -> dict[str, Any]:
-    """Return a round without intervals that are none."""
+    """Return a round without parts that are none, such as intervals of text."""
     # It brings all that counts, for which the first page does not wait.
-    from friction_models.families.refinement_history import are_intervals
+    from friction_models.families.refinement_history import strange_parts
 
-    good = are_intervals(entry.get("intervals", {})) and isinstance(entry.get("clear", False), bool)
-    return entry if good else {k: v for k, v in entry.items() if k not in {"intervals", "clear"}}
+    strange = strange_parts(entry)
+    return {k: v for k, v in entry.items() if k not in strange}
 
 
 def _is_round(entry: object) -> bool:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from scipy.stats import rankdata
 
+from ...common import InputError
+from ...common.errors import shown
 from ...effects.base import Effect
-from ...effects.metadata.factor import scanned_factor
+from ...effects.metadata.factor import Factor, scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from .binning import BinnedTests
@@ -38,12 +41,9 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
     alike: list[str] = []
     for name in sorted(set(at) - others):
         values, text = at[name], is_text(campaign.loads, name)
-        levels = len(np.unique(values))
-        if levels < 2 or not name.strip() or not name.isprintable():
+        if _says_nothing(values, text) or not name.strip() or not name.isprintable():
             continue
-        few = levels <= MOST_LEVELS * len(values)
-        if text and not few:
-            continue
+        few = _has_few_levels(values)
         same = [n for n, v in known.items() if _follows(v, values, text)]
         same += [
             n for n, v in columns.items() if (few and _one_to_one(values, v)) or _correlated(values, v, text)
@@ -59,6 +59,38 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
             f"of {len(found)} further columns of the test table only the first {MOST_COLUMNS} by name were tested"
         )
     return found[:MOST_COLUMNS], notes[0 if alike else 1 :]
+
+
+def check_factors(campaign: BinnedTests, effects: Iterable[Effect], tests: npt.NDArray[np.bool_]) -> None:
+    """Refuse a factor of a column that says nothing of other tests, by the rule by which `factors_of` leaves it out.
+
+    `tests` tells which ones are fitted, shape (tests,).
+
+    Raises InputError: one level only, or texts that differ in nearly every test.
+    """
+    for effect in effects:
+        column = campaign.system.get(effect.metadata[0]) if isinstance(effect, Factor) else None
+        if column is None:
+            continue
+        values = column[campaign.point_starts, 0][tests]
+        reason = _says_nothing(values, is_text(campaign.loads, effect.metadata[0]))
+        if reason:
+            raise InputError(
+                f"{shown(effect.name, 60)}: the column {reason} of the {len(values)} tests that are fitted, which tells nothing of "
+                f"other tests; allowed: a column with at least two levels, numbers or texts with at most {100 * MOST_LEVELS:.0f} % as "
+                "many levels as tests"
+            )
+
+
+def _says_nothing(values: FloatArray, text: bool) -> str:
+    """Return why a column cannot tell tests apart so that others may profit; empty where it can."""
+    if len(np.unique(values)) < 2:
+        return "has the same level in all"
+    return "" if not text or _has_few_levels(values) else "has another text in nearly each"
+
+
+def _has_few_levels(values: FloatArray) -> bool:
+    return len(np.unique(values)) <= MOST_LEVELS * len(values)
 
 
 def labels_of(campaign: BinnedTests, name: str) -> list[str]:

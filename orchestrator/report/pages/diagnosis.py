@@ -8,14 +8,15 @@ from typing import Any, cast
 import pandas as pd
 
 from friction_models.common import InputError
-from friction_models.common.markup import escape, paragraph, table
+from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.common.wording import counted
 from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
 from friction_models.discovery.answer.findings import ParameterValue
 from friction_models.discovery.answer.wording import NOTHING, NOTHING_SEEN
-from friction_models.discovery.refinement import Addition
+from friction_models.discovery.judged_addition import Addition
+from friction_models.discovery.refinement import round_notes
 from friction_models.effects import make_effect
 from friction_models.loads import DataSet, FloatArray
 from friction_models.loads.contract import with_unit
@@ -135,7 +136,7 @@ def _confirmed(entry: Addition | None, tests: int, held_out: int) -> str:
     else:
         by += "by the same tests on all points."
     # A page may show them beside what came of the addition.
-    return judged(entry, entry, "if it is added: ") + paragraph(by)
+    return judged(entry, entry, "if it is added: ") + bullets(round_notes(entry)) + paragraph(by)
 
 
 def _maps(found: Diagnosis, parts: list[str]) -> str:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from friction_models.common.markup import paragraph, table
-from friction_models.discovery.refinement import fault_note
+from friction_models.common.markup import bullets, paragraph, table
+from friction_models.discovery.refinement import fault_note, round_notes
 from friction_models.loads import DataSet
 
 from ..charts.residuals import residual_chart
@@ -18,7 +18,7 @@ from ..parts.theme import STYLES
 
 if TYPE_CHECKING:
     from friction_models import FrictionModel
-    from friction_models.discovery.refinement import Addition
+    from friction_models.discovery.judged_addition import Addition
 
 
 def refinement_page(before: FrictionModel, after: FrictionModel, data: DataSet, label: str) -> str:
@@ -71,14 +71,15 @@ def _history(history: list[Addition]) -> list[str]:
     rows = [
         (
             *((k, " + ".join(entry["added"]), entry["judged_by"]) if key == "rmse" else ("", "", "")), name,
-            *in_numbers(entry, key), chance(entry.get("clear")) if key == "rmse" else "",
+            *in_numbers(entry, key), chance(entry) if key == "rmse" else "",
         )
         for k, entry in enumerate(history, 1)
         for key, name in names.items()
     ]  # fmt: skip
-    headings = ["round", "added", "judged by", "error", "before [95 %]", "after [95 %]", "fall [95 %]", "the fall is"]  # fmt: skip
+    headings = ["round", "added", "judged by", "error", "before [95 %]", "after [95 %]", "fall [95 %]", "the change is"]  # fmt: skip
     caption = (
         f"Each round against the ordinary fit of the model before it, over all points of the unseen tests. {INTERVALS} The error budget "
         "of a diagnosis averages the points first, so its numbers are smaller by the noise of the sensor."
     )
-    return [judged(history[-1], history[-1]), table(headings, rows, range(4, 7), caption=caption)]
+    notes = bullets([note for entry in history for note in round_notes(entry)])
+    return [judged(history[-1], history[-1]), notes, table(headings, rows, range(4, 7), caption=caption)]

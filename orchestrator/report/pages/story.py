@@ -156,6 +156,9 @@ def _chapters(chapters: Sequence[Chapter], prefix: str) -> list[str]:
 
 def _rounds(loops: Sequence[Loop]) -> list[str]:
     """Return the staircase of falling error of each data set and its numbers."""
+    # It brings all models, for which a project without rounds does not wait.
+    from friction_models.discovery.refinement import round_notes
+
     parts = []
     for number, loop in enumerate(loops, 1):
         first, last = loop.rounds[0], loop.rounds[-1]
@@ -164,7 +167,7 @@ def _rounds(loops: Sequence[Loop]) -> list[str]:
                 " and ".join(str(name) for name in entry["added"]),
                 *in_numbers(entry, "rmse"),
                 f"{100 * (entry['after']['rmse'] / entry['before']['rmse'] - 1):+.0f} %",
-                chance(entry.get("clear")),
+                chance(entry),
                 str(entry["judged_by"]),
             )
             for entry in loop.rounds
@@ -174,9 +177,10 @@ def _rounds(loops: Sequence[Loop]) -> list[str]:
         parts += [
             f"<h3>{escape(loop.data)}</h3>" if len(loops) > 1 else "",
             judged(first, last),
+            bullets([note for entry in loop.rounds for note in round_notes(entry)]),
             figure(name, rounds_chart(loop.rounds, loop.floor), caption, "Error after each round, falling as a staircase."),
             table(
-                ["added", "RMSE of mu before [95 %]", "after [95 %]", "fall [95 %]", "change", "the fall is", "judged by"],
+                ["added", "RMSE of mu before [95 %]", "after [95 %]", "fall [95 %]", "change", "the change is", "judged by"],
                 rows, numeric=(1, 2, 3, 4), caption=INTERVALS,
             ),
         ]  # fmt: skip

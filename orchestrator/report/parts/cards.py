@@ -14,7 +14,8 @@ Interval: TypeAlias = "Sequence[float] | None"
 #: What stands below errors before and after an addition.
 INTERVALS = (
     "The 95 % intervals count a whole test as one observation, and that of the fall takes the same tests for both; a fall is more than "
-    "chance where the RMS error falls in 97.5 % of the resampled sets of at least 6 tests."
+    "chance where the RMS error falls in 97.5 % of the resampled sets of at least 6 tests, and a rise where "
+    "it rises in as many."
 )
 
 
@@ -32,15 +33,22 @@ def with_interval(value: float, interval: Interval, sign: str = "") -> str:
     return f"{text} [{', '.join(f'{edge:{sign}.4f}' for edge in interval)}]"
 
 
-def chance(clear: bool | None) -> str:
-    """Return in words whether an error fell by more than chance; empty where that is not known.
+def chance(entry: Mapping[str, Any]) -> str:
+    """Return in words whether the error of a round changed by more than chance; empty where that is not known.
 
     Examples
     --------
-    >>> chance(True), chance(False), chance(None)
+    >>> chance({"clear": True}), chance({"clear": False}), chance({})
     ('more than chance', 'may be chance', '')
+    >>> chance({"clear": False, "intervals": {"fall": {"rmse": [-0.00042, -0.00009]}}})
+    'higher by 0.00009 to 0.00042: more than chance'
     """
-    return "" if clear is None else "more than chance" if clear else "may be chance"
+    # It brings all models, for which pages without rounds do not wait.
+    from friction_models.families.refinement_history import rise_text
+
+    clear = entry.get("clear")
+    known = "" if clear is None else "more than chance" if clear else "may be chance"
+    return rise_text(entry) or known
 
 
 @dataclass(frozen=True)
@@ -119,7 +127,7 @@ def judged(first: Mapping[str, Any], last: Mapping[str, Any], said: str = "") ->
     """
     names = {"rmse": "RMS error", "mae": "mean absolute error"}
     found = [(first, "before"), (last, "after"), *([(last, "fall")] if first is last else [])]
-    clear = chance(last.get("clear")) if first is last else ""
+    clear = chance(last) if first is last else ""
 
     def intervals(key: str) -> list[Interval]:
         return [entry.get("intervals", {}).get(when, {}).get(key) for entry, when in found]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from benchmarks.discovery_campaigns import campaign
@@ -55,8 +56,35 @@ def test_a_fall_that_comes_from_one_test_may_be_chance() -> None:
     assert not before_and_after(before, before * (1.0 - 1e-9), group)[1]
 
 
+def test_a_certain_rise_is_not_said_to_be_chance() -> None:
+    rise = {"before": [0.0040, 0.0046], "after": [0.0043, 0.0049], "fall": [-0.00042, -0.00009]}
+    errors = {when: {"rmse": value, "mae": value} for when, value in (("before", 0.0043), ("after", 0.0046))}
+    entry: dict[str, Any] = {"added": ["a"], "judged_by": "9 tests", **errors, "clear": False}
+    entry["intervals"] = {when: {"rmse": found, "mae": found} for when, found in rise.items()}
+    said = "higher by 0.00009 to 0.00042: more than chance"
+    for known in ({"rose": True}, {}):  # older files do not have it
+        assert said in history_text([entry | known]) and "may be chance" not in history_text([entry | known])
+    # Too few tests for that, which the interval alone does not show.
+    assert "may be chance" in history_text([entry | {"rose": False}])
+
+
+def test_a_rise_is_judged_as_a_fall_is() -> None:
+    """In the tests of the fit mu falls with temperature; in the others it is level, which a constant knows better."""
+    tests = np.arange(13)
+    T, held = 20.0 + 9.0 * (tests % 7), tests > 4
+    mu = np.where(held, 0.094, 0.1 - 0.003 * (tests % 7)) + 0.0002 * (tests % 3)
+    data = pd.DataFrame({"test_id": np.repeat(tests, 6), "sd": np.tile(2.0 * np.arange(6), 13)})
+    data = data.assign(T=np.repeat(T, 6), mu=np.repeat(mu, 6))
+    table = pd.DataFrame({"test_id": tests, "role": np.where(held, "test", "train")})
+    model = refine(data, table, model="constant", add="thermal_softening", force=True)
+    entry = model.error_history_[-1]  # type: ignore[attr-defined]
+    assert entry["rose"] is True and entry["clear"] is False and checked_round(entry) == entry
+    low, high = entry["intervals"]["fall"]["rmse"]
+    assert high < 0.0 and f"higher by {-high:.5f} to {-low:.5f}: more than chance" in history_text([entry])
+
+
 @pytest.mark.parametrize(
-    "strange", [{"intervals": 3}, {"intervals": {"before": 1}}, {"clear": "yes"},
+    "strange", [{"intervals": 3}, {"intervals": {"before": 1}}, {"clear": "yes"}, {"rose": 1},
                 {"intervals": {k: {"rmse": [0.1, float("nan")], "mae": None} for k in ("before", "after", "fall")}}],
 )  # fmt: skip
 def test_files_of_others_are_refused(strange: dict[str, Any]) -> None:

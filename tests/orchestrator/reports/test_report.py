@@ -22,7 +22,8 @@ from friction_models.discovery import diagnose, refine
 from friction_models.discovery.answer.figures_data import load_map
 from friction_models.discovery.answer.summaries import load_bins
 from friction_models.discovery.answer.wording import p_text
-from friction_models.discovery.refinement import Addition, history_text
+from friction_models.discovery.judged_addition import Addition
+from friction_models.discovery.refinement import history_text
 from friction_models.loads import DataSet
 from orchestrator import Master, System
 from orchestrator.report import write_report
@@ -237,6 +238,18 @@ def test_history_says_when_an_addition_did_not_help() -> None:
 
     lines = history_text([entry(0.008, 0.005), entry(0.005, 0.00502)]).splitlines()
     assert lines[1].startswith("  1  + stribeck") and "NO BETTER" not in lines[1] and "NO BETTER" in lines[2]
+
+
+def test_a_certain_rise_is_said_on_the_page() -> None:
+    points = made_up.campaign(8, 15)
+    after = refine(points, add="stribeck", force=True)
+    entry = after.error_history_[-1]  # type: ignore[attr-defined]
+    fall = {"rmse": [-0.00042, -0.00009], "mae": [-0.0003, 0.0001]}
+    entry |= {"clear": False, "rose": True, "intervals": entry["intervals"] | {"fall": fall}}
+    entry["after"] = {name: 1.04 * value for name, value in entry["before"].items()}
+    page = refinement_page(LinearFriction().fit_frame(points), after, DataSet(points), "it")
+    said = "higher by 0.00009 to 0.00042: more than chance"
+    assert f"rose by 4 %: {said}" in page and f"<td>{said}</td>" in page and "may be chance" not in page
 
 
 def test_several_names_fit_and_are_missing_in_the_plural() -> None:
