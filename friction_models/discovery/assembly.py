@@ -238,7 +238,8 @@ def _confusion(judged: Judged) -> list[str]:
         return []
     first, *others = [f.name for f in judged.chosen]
     known, rivals = judged.evidence.confusion_set, judged.confirmed.rivals
-    alike = known if first in known else []
+    # what is named beside the first one is no rival of it
+    alike = [n for n in known if n not in others] if first in known else []
     later = (
         known if len(known) > 1 and known[0] in others else []
     )  # a larger effect leads, found beside the winner of the scan

@@ -79,7 +79,7 @@ class UnseenTestsJudge:
             verdict in ("explained", "partly_explained") or (verdict == "data_problem" and not faults)
         ):
             verdict = "ambiguous"
-        elif verdict == "ambiguous" and behind and not rivals and _told_apart(kept, alike, behind):
+        elif verdict == "ambiguous" and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
         if verdict in NAMED and (cancelling := self._cancelling(kept)):
             kept = [f for f in kept if f.name not in cancelling]
@@ -236,8 +236,8 @@ class UnseenTestsJudge:
 
 
 def _told_apart(kept: Sequence[Fit], alike: Sequence[str], behind: Sequence[str]) -> bool:
-    """Return whether unseen tests left behind all that the scan could not tell from what is named."""
-    return {*alike} <= {*behind, *(f.name for f in kept)}
+    """Return whether unseen tests left behind all that the scan could not tell from what is named, or need it beside that."""
+    return len({*alike, *behind}) > 1 and {*alike} <= {*behind, *(f.name for f in kept)}
 
 
 def _certainly_missing(shares: ErrorShares) -> bool:
