@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import chdtri, fdtri
 
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
@@ -19,6 +19,8 @@ LEAST_FREEDOM = 3
 #: With fewer than this of the same metadata, tests at the same loads count as repeats beside different ones: about what levels of
 #: these make of them, where as many differences are left then, too.
 ENOUGH_FREEDOM = 8
+#: Repeats that share some metadata agree better than those that share none, where chance makes them do so this rarely.
+AGREE_BETTER = 0.001
 #: Fewest settings, and draws, for the question whether settings differ by more than repeats do.
 LEAST_SETTINGS, DRAWS = 3, 999
 #: With less than this probability by chance they do.
@@ -68,47 +70,71 @@ def repeats_of(campaign: BinnedTests, residual: FloatArray, seed: int = 0) -> Re
     out by it. The p-value compares what the settings explain beside levels of metadata with what they do of tests dealt at random
     to settings of the same sizes (permutation test for lack of fit).
     """
-    columns = metadata_of_tests(campaign)
-    groups, across = _repeated(campaign, residual, columns)
+    found = _found(campaign, residual)
+    if found is None:
+        return None
+    low, high = (found.square * found.freedom / float(chdtri(found.freedom, q)) for q in (0.025, 0.975))
+    return Repeats(
+        len(found.groups),
+        sum(map(len, found.groups)),
+        float(np.sqrt(found.square)),
+        (float(np.sqrt(low)), float(np.sqrt(high))),
+        _by_chance(campaign.of_tests(residual), found.own, found.groups, seed),
+        _exact(campaign, found.groups),
+    )
+
+
+@dataclass(frozen=True)
+class _Groups:
+    """Tests that repeat one another."""
+
+    groups: list[Indexes]
+    own: FloatArray  #: Levels of metadata that may differ within a group, as of `_levels`.
+    square: float  #: Squared scatter in mu.
+    freedom: int  #: Differences from which it is known.
+
+
+def _found(campaign: BinnedTests, residual: FloatArray) -> _Groups | None:
+    """Return groups of repeats; None where there are too few.
+
+    Where too few tests share all metadata, these may differ. But a number that counts the repeats says nothing, and a batch may: if
+    repeats that share some of it agree much better, these are the repeats.
+    """
+    same = metadata_of_tests(campaign)
+    groups = same_settings(campaign, same)
+    if not same or _freedom(groups) >= ENOUGH_FREEDOM:
+        return _about_levels(campaign, residual, groups, [])
+    whatever = _about_levels(campaign, residual, same_settings(campaign), same)
+    across: list[FloatArray] = []
+    while same and _freedom(groups) < ENOUGH_FREEDOM:
+        less = [[c for c in same if c is not column] for column in same]
+        tried = [same_settings(campaign, c) for c in less]
+        best = int(np.argmin([_largest_square(campaign, residual, g) for g in tried]))
+        across.append(same[best])
+        same, groups = less[best], tried[best]
+    sharing = _about_levels(campaign, residual, groups, across) if same else None
+    if whatever is None or sharing is None:
+        return whatever
+    ratio = sharing.square / max(whatever.square, 1e-300)
+    return sharing if ratio < fdtri(sharing.freedom, whatever.freedom, AGREE_BETTER) else whatever
+
+
+def _about_levels(
+    campaign: BinnedTests, residual: FloatArray, groups: list[Indexes], across: list[FloatArray]
+) -> _Groups | None:
+    """Return groups with their scatter about what levels of metadata that differ `across` a group make of them; None for too few."""
     freedom = _freedom(groups)
     if freedom < LEAST_FREEDOM:
         return None
-    level, own = campaign.of_tests(residual), np.empty((len(campaign.tests), 0))
+    own = np.empty((len(campaign.tests), 0))
     if across:
         levels = _levels(campaign, across)
-        offsets, spent = _of_levels(levels, level, groups)
+        offsets, spent = _of_levels(levels, campaign.of_tests(residual), groups)
         # on other days or of other batches: what is not the same for each level of them is scatter, or all of it if they are many
         if freedom - spent >= ENOUGH_FREEDOM:
             own, residual, freedom = levels, residual - offsets[campaign.test], freedom - spent
     square = sum(_square_apart(campaign, residual, g) for g in groups) / freedom
-    low, high = (square * freedom / float(chdtri(freedom, q)) for q in (0.025, 0.975))
-    return Repeats(
-        len(groups),
-        sum(map(len, groups)),
-        float(np.sqrt(square)),
-        (float(np.sqrt(low)), float(np.sqrt(high))),
-        _by_chance(level, own, groups, seed),
-        _exact(campaign, groups),
-    )
-
-
-def _repeated(
-    campaign: BinnedTests, residual: FloatArray, columns: list[FloatArray]
-) -> tuple[list[Indexes], list[FloatArray]]:
-    """Return groups of repeats, and the columns of metadata that differ within them.
-
-    Where too few tests share all metadata, columns are given up one by one, those first without which the repeats agree best: a
-    number that counts the repeats says nothing, a batch may.
-    """
-    same, across = list(columns), []
-    groups = same_settings(campaign, same)
-    while same and _freedom(groups) < ENOUGH_FREEDOM:
-        less = [[c for c in same if c is not column] for column in same]
-        found = [same_settings(campaign, c) for c in less]
-        best = int(np.argmin([_largest_square(campaign, residual, g) for g in found]))
-        across.append(same[best])
-        same, groups = less[best], found[best]
-    return groups, across
+    return _Groups(groups, own, square, freedom)
 
 
 def _exact(campaign: BinnedTests, groups: list[Indexes]) -> bool:

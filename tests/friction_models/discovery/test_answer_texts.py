@@ -111,7 +111,9 @@ def test_a_ladder_of_small_steps_holds_no_repeats(pressures: Any, said: str) -> 
     assert repeats is not None
     assert settings_text(repeats.to_dict()).endswith(said)
     # a file of an earlier version
-    assert "repeated settings" in settings_text(repeats.to_dict())
+    earlier = repeats.to_dict()
+    del earlier["exact"]
+    assert "repeated settings" in settings_text(earlier)
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-7])
