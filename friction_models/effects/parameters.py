@@ -10,7 +10,8 @@ import numpy as np
 
 from ..loads import QUANTITIES, FloatArray
 
-#: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`).
+#: What spans the data have: quantity -> (low, high); loads and derived quantities (`work`, `flash`). The ``range of`` a load also holds
+#: its widest untested parts.
 Spans = Mapping[str, tuple[float, ...]]
 #: A shape parameter that is closer to a bound than this share of its range is at the bound.
 AT_BOUND = 1e-6
