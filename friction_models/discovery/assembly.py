@@ -120,9 +120,8 @@ def assemble(
         ),
         most,
     )
-    sure = round(
-        float(sure), 3
-    )  # as files have it, so that the sentence and a page made of them say the same
+    # as files have it, so that the sentence and a page made of them say the same
+    sure = round(float(sure), 3)
     where: list[StructurePlace] = []
     if verdict in {"unknown_structure", "partly_explained"} or judged.confirmed.leaves_much:
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]

@@ -112,7 +112,7 @@ def test_elimination_takes_less_work_than_from_one_start():
         other = np.empty(n, dtype=np.int64)
         other[order] = np.arange(n)
         ratios.append(work(np.arange(n)) / work(other[drawn]))
-    # by how much depends on the release of SciPy: 0.93 on average with 1.17.1, less before
+    # 0.93 on average with SciPy 1.17.1; below 0.9 where this was written, why is not known
     assert max(ratios) < 1.0 and np.mean(ratios) < 0.97
 
 

@@ -106,7 +106,7 @@ class Bins:
         """Return a curve of a product, one axis for each shape parameter of the product."""
         wide = part.form not in {"line", "share", "wave"}
         own = [n for n in grids if n.endswith(f"_{k}") or (n == "w" and wide)]
-        key = (part.form, part.load, *(grids[n].tobytes() for n in own))
+        key = (part.form, part.load, tuple(len(grids[n]) for n in own))
         if key not in self._factors:
             mesh = np.meshgrid(*(grids[n] for n in own), indexing="ij") if own else []
             rows = {n: g.ravel()[None, :] for n, g in zip(own, mesh, strict=True)}

@@ -19,9 +19,7 @@ SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in eve
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
 STEPS = 2.5  # of the resolution: noise around the edge of a step jumps by one or two of them
 MOST_VALUES = 0.1  # share of the points that differ: with fewer values mu was rounded
-NEARBY = (
-    15  # points on either side of one: a logger that rounds jumps to a value that the test has there, too
-)
+NEARBY = 15  # points on either side of one: a logger that rounds jumps to a value that is there, too
 AGREE = 3  # points nearby of the same value, to a quarter of the distance: the value is no spike
 
 
