@@ -86,7 +86,11 @@ def test_bandwidth_is_small():
 
 
 def test_elimination_takes_less_work_than_from_one_start():
-    """Squared widths of the columns down to the last row reached so far, against SciPy's reverse Cuthill-McKee."""
+    """Squared widths of the columns down to the last row reached so far, against SciPy's reverse Cuthill-McKee.
+
+    A mean over meshes whose surfaces differ in the ninth digit: which of two equal choices the mesher takes, rounding decides, and
+    a single mesh has 0.89 to 0.94. Started from one node, ours has 0.99 to 1.08.
+    """
 
     def size(points):
         return 0.3 + 0.08 * np.hypot(points[:, 0] - 6.0, points[:, 1] - 9.0)
@@ -94,26 +98,26 @@ def test_elimination_takes_less_work_than_from_one_start():
     rod = np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 8.0], [8.0, 11.0], [8.0, 26.0], [0.0, 26.0]])
     at = np.linspace(0.0, arc_length(rod)[-1], 400)
     chain = np.column_stack([np.interp(at, arc_length(rod), rod[:, k]) for k in range(2)])
-    mesh = mesh_inside(resample_surface(chain, size, [], None).points, size)
-    n = len(mesh.x)
+    surface = resample_surface(chain, size, [], None).points
 
-    def work(number):
+    def work(quads):
+        n = quads.max() + 1
         last = np.arange(n)
-        for quad in number[mesh.quads]:
-            last[quad.min()] = max(last[quad.min()], quad.max())
+        np.maximum.at(last, quads.min(axis=1), quads.max(axis=1))
         return ((np.maximum.accumulate(last) - np.arange(n)) ** 2).sum()
 
-    ratios = []
-    for seed in range(8):
-        drawn = np.random.default_rng(seed).permutation(n)
-        quads = drawn[mesh.quads]
+    def reverse_cuthill_mckee_work(quads):
         corners = np.repeat(quads, 4, axis=1).ravel(), np.tile(quads, (1, 4)).ravel()
         order = reverse_cuthill_mckee(coo_matrix((np.ones(quads.size * 4), corners)).tocsr(), True)
-        other = np.empty(n, dtype=np.int64)
-        other[order] = np.arange(n)
-        ratios.append(work(np.arange(n)) / work(other[drawn]))
-    # 0.93 on average with SciPy 1.17.1; below 0.9 where this was written, why is not known
-    assert max(ratios) < 1.0 and np.mean(ratios) < 0.97
+        return work(np.argsort(order)[quads])
+
+    ratios = []
+    for wave in np.arange(6.0):
+        quads = mesh_inside(surface * (1.0 + 1e-9 * np.sin(wave * surface[:, ::-1])), size).quads
+        for seed in range(8):
+            drawn = np.random.default_rng(seed).permutation(quads.max() + 1)
+            ratios.append(work(quads) / reverse_cuthill_mckee_work(drawn[quads]))
+    assert np.mean(ratios) < 0.95
 
 
 def test_corners_and_ends_stay_and_volume_is_restored():
