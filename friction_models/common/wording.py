@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 
 def counted(number: int, noun: str) -> str:
@@ -14,6 +14,17 @@ def counted(number: int, noun: str) -> str:
     ('1 test', '3 points')
     """
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def first_names(names: Sequence[str]) -> str:
+    """Return the first names of a list.
+
+    Examples
+    --------
+    >>> first_names(["S03", "S17"]), first_names(list("abcdef"))
+    ('S03, S17', 'a, b, c, d, e ...')
+    """
+    return ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")
 
 
 def kind_of(value: object) -> str:

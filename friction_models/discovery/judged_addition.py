@@ -126,17 +126,16 @@ def judged_addition(
     error = {name: (values - mu)[seen] for name, values in predicted.items()}
     measures = {name: error_measures(mu[seen], values[seen], groups) for name, values in predicted.items()}
     _, unseen_test = np.unique(point_test[seen], return_inverse=True)
-    intervals, clear = before_and_after(error["before"], error["after"], unseen_test, seed)
-    _, rose = before_and_after(error["after"], error["before"], unseen_test, seed)
+    change = before_and_after(error["before"], error["after"], unseen_test, seed)
     entry: Addition = {
         "added": [e.name for e in added],
         "judged_by": judged_by,
         "corrects_data": [e.name for e in added if e.kind == "fault"],
         "before": measures["before"],
         "after": measures["after"],
-        "intervals": intervals,
-        "clear": clear,
-        "rose": rose,
+        "intervals": change.intervals,
+        "clear": change.fell,
+        "rose": change.rose,
     }
     if "refitted" in measures:
         entry["refitted"] = measures["refitted"]
@@ -145,7 +144,7 @@ def judged_addition(
         entry["without"] = {
             name: {
                 **measures[key],
-                "needed": before_and_after(error[key], error["after"], unseen_test, seed)[1],
+                "needed": before_and_after(error[key], error["after"], unseen_test, seed).fell,
             }
             for name, key in left_out.items()
         }

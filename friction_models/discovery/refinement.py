@@ -12,12 +12,12 @@ from sklearn.base import clone
 from ..common import InputError
 from ..common.processes.one_blas_thread import one_blas_thread
 from ..common.processes.pool import Progress
+from ..common.wording import first_names
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.factors import check_factors
 from ..estimation.campaign.metadata import with_all_metadata
-from ..estimation.noise.odd_tests import first_names
 from ..families.composed import ComposedFriction
 from ..families.refinement_history import rise_text
 from ..families.registry import make_model

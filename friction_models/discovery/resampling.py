@@ -62,21 +62,30 @@ def is_clear(smaller: FloatArray, larger: FloatArray, tests: int) -> bool:
     return tests >= FEWEST_TESTS and float(np.mean(smaller < larger)) >= 0.975
 
 
+@dataclass(frozen=True)
+class Change:
+    """How sure a change of the error is."""
+
+    #: 95 % intervals of ``rmse`` and ``mae`` of ``before``, ``after`` and ``fall`` (before minus after); None for a single test.
+    intervals: dict[str, dict[str, list[float] | None]]
+    fell: bool  #: Whether the RMSE fell by more than chance.
+    rose: bool  #: Whether it rose by more than chance.
+
+
 def before_and_after(
     before: FloatArray, after: FloatArray, group: npt.NDArray[np.integer[Any]], seed: int = 0
-) -> tuple[dict[str, dict[str, list[float] | None]], bool]:
-    """Return how sure a change of the error is: 95 % intervals, and whether the RMSE fell by more than chance.
+) -> Change:
+    """Return how sure a change of the error is, from resampling whole tests.
 
     `before` and `after` are predicted minus measured mu at the same points, shape (n,); `group` numbers the test of each point,
-    from 0 on without a gap. The intervals are those of ``rmse`` and ``mae`` of ``before``, ``after`` and ``fall`` (before minus
-    after) from resampling whole tests; None for a single test.
+    from 0 on without a gap.
 
     Examples
     --------
     >>> tests = np.arange(6)
-    >>> intervals, clear = before_and_after(np.full(6, 0.5), np.full(6, 0.25), tests)
-    >>> intervals["after"]["rmse"], intervals["fall"]["mae"], clear
-    ([0.25, 0.25], [0.25, 0.25], True)
+    >>> change = before_and_after(np.full(6, 0.5), np.full(6, 0.25), tests)
+    >>> change.intervals["after"]["rmse"], change.intervals["fall"]["mae"], change.fell, change.rose
+    ([0.25, 0.25], [0.25, 0.25], True, False)
     """
     tests = int(group.max()) + 1
     draws = resampled({"before": before, "after": after}, group, np.random.default_rng(seed))
@@ -89,8 +98,9 @@ def before_and_after(
     intervals = {
         when: {name: as_list(interval_of(v, tests)) for name, v in of.items()} for when, of in values.items()
     }
-    # What rounding and the solver resolve is no fall.
-    return intervals, is_clear((1.0 + SAME) * new.rmse, old.rmse, tests)
+    # What rounding and the solver resolve is no change.
+    fell = is_clear((1.0 + SAME) * new.rmse, old.rmse, tests)
+    return Change(intervals, fell, is_clear((1.0 + SAME) * old.rmse, new.rmse, tests))
 
 
 def interval_of(values: FloatArray, tests: int) -> tuple[float, float]:

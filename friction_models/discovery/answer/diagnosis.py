@@ -24,7 +24,7 @@ class Diagnosis(Findings):
     """Which physical effect a model lacks, or why that cannot be said.
 
     `Findings` describes the attributes; the first to read are `verdict` (one of `VERDICTS`), `sentence`, `effects` and
-    `warnings`. `not_first` says why the first effect is not the first of the ranking, where it is not.
+    `warnings`.
 
     Examples
     --------
@@ -40,16 +40,10 @@ class Diagnosis(Findings):
     ('explained', ['thermal_softening'])
     """
 
-    not_first: str = ""
-
     def __repr__(self) -> str:
         named = f"effects={self.effects}, " if self.effects else ""
         return f"Diagnosis({self.verdict!r}, {named}confidence={confidence_text(self.confidence)}, model={self.model!r})"
 
     def report(self) -> str:
         """Return the text report: the verdict in one sentence first."""
-        return text_report(self, self.not_first)
-
-    def to_dict(self) -> dict[str, object]:
-        """Return what ``diagnose --json`` writes."""
-        return {**super().to_dict(), "not_first": self.not_first}
+        return text_report(self)

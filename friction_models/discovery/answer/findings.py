@@ -129,6 +129,8 @@ class Findings(Drawn):
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     threshold : float
         Gain from which on an effect stands out among all of the catalogue; NaN where few tests are judged in two families.
+    not_first : str
+        Why the first effect is not the first of the ranking, where it is not.
     formulas : list of FormulaOffer
         Empirical terms that predict unseen tests better, where structure is left that no effect explains; nothing adds them.
     averages : pandas.DataFrame
@@ -159,6 +161,7 @@ class Findings(Drawn):
     grounds: dict[str, float] = field(default_factory=dict, repr=False)
     synthetic: bool = False
     formulas: list[FormulaOffer] = field(default_factory=list)
+    not_first: str = ""
 
     def to_dict(self) -> dict[str, object]:
         """Return what ``diagnose --json`` writes."""
@@ -180,4 +183,5 @@ class Findings(Drawn):
             "parameters": plain(self.parameters),
             "residuals": plain(self.bias),
             "formulas": [offer.to_dict() for offer in self.formulas],
+            "not_first": self.not_first,
         }

@@ -25,16 +25,14 @@ CELLS = 6
 PLACES = 6
 
 
-def text_report(findings: Findings, not_first: str = "") -> str:
-    """Return findings as text, the verdict in one sentence first; `not_first` is said beside the ranking."""
+def text_report(findings: Findings) -> str:
+    """Return findings as text, the verdict in one sentence first."""
     d = findings
     lines = [f"{d.verdict.upper()}: {d.sentence}", *(["(synthetic data)"] if d.synthetic else [])]
     for part in (_next, _budget, _residuals, _map, _evidence, _structure, _formulas, _worst, _response):
         found = part(d)
         if found:
             lines += ["", *found]
-        if part is _evidence and not_first:
-            lines.append(f"  {not_first}")
     if d.warnings:
         lines += ["", "Read this with care"] + [f"  - {w}" for w in d.warnings]
     return "\n".join(lines) + "\n"
@@ -145,7 +143,7 @@ def _evidence(d: Findings) -> list[str]:
         lines.append("  no effect of the catalogue could be tried on these data")
     if len(d.confusion_set) > 1:
         lines.append("  not told apart by these data: " + ", ".join(d.confusion_set))
-    return lines
+    return [*lines, *([f"  {d.not_first}"] if d.not_first else [])]
 
 
 def _structure(d: Findings) -> list[str]:

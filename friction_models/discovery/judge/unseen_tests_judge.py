@@ -196,7 +196,7 @@ class UnseenTestsJudge:
             return set()
         fitted = fit_terms(self.unseen.campaign, self.unseen.base, effects_of(kept))
         unknown = {
-            t.effect.name
+            t.name
             for t in fitted.terms
             if all(t.intervals[a][0] <= 0.0 <= t.intervals[a][1] for a in t.amplitudes)
         } & sharing

@@ -8,7 +8,7 @@ from math import gcd
 import numpy as np
 import pandas as pd
 
-from ...common.wording import counted
+from ...common.wording import counted, first_names
 from ...loads import LOADS, FloatArray
 
 MOST_POINTS = 150_000
@@ -75,9 +75,8 @@ def without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     if not copies:
         return frame
     told = sorted(copies, key=order.__getitem__)
-    shown = ", ".join(told[:4]) + (" ..." if len(told) > 4 else "")
     how = "exact copies of others" if exact else f"copies of others (to {SAME_VALUE:g} of the range)"
-    warnings.append(f"{len(told)} tests are {how} and were left out ({shown})")
+    warnings.append(f"{len(told)} tests are {how} and were left out ({first_names(told)})")
     return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import least_squares, lsq_linear
+from scipy.optimize import lsq_linear
 
 from ...effects.base import Effect
 from ...effects.empirical.effect import Empirical
@@ -26,6 +26,7 @@ from ..search.candidates import evaluate, evaluate_points, spans_of
 from ..search.scan import Projector, best_fit, prepare_candidate
 from ..search.search_round import flexible_mean
 from .pooling import by_test, shrinkage
+from .shape_fit import fitted_shapes
 
 LEAST_TESTS = 6
 ROUNDS = 3
@@ -192,40 +193,16 @@ class JointProblem:
         if not self.scanned:
             self._scan()
             self.scanned = True
-        free = [(k, s) for k, e in enumerate(self.effects) for s in e.free_shapes if s.name != "deviating"]
-        if not free:
-            return
-        start = np.array([s.inner(self.shapes[k][s.name]) for k, s in free])
-        lows, highs = [], []
-        for k, s in free:
-            low, high = self.limits(k, s)
-            lows.append(s.inner(low))
-            highs.append(max(s.inner(high), lows[-1] + 1e-9))
-
-        def at(theta: FloatArray) -> list[dict[str, float]]:
-            shapes = [dict(s) for s in self.shapes]
-            for (k, s), value in zip(free, theta, strict=True):
-                shapes[k][s.name] = s.outer(value)
-            return shapes
-
-        def rest(theta: FloatArray, size: float = 0.0) -> FloatArray:
-            shapes = at(theta)
-            doubts = [size * e.doubt(s, self.spans) for e, s in zip(self.effects, shapes, strict=True)]
-            return np.r_[self._solve(self.columns(shapes))[2], doubts]
-
-        solver: Any = least_squares
-        start = np.clip(start, lows, highs)
-        size = float(np.sqrt(np.mean(rest(start) ** 2)))
-        result = solver(
-            lambda theta: rest(theta, size),
-            start,
-            bounds=(lows, highs),
-            diff_step=1e-4,
+        self.shapes = fitted_shapes(
+            self.effects,
+            self.shapes,
+            self.limits,
+            self.spans,
+            lambda shapes: self._solve(self.columns(shapes))[2],
             max_nfev=30,
             xtol=1e-7,
             ftol=1e-9,
         )
-        self.shapes = at(result.x)
 
     def limits(self, k: int, shape: ShapeParameter) -> tuple[float, float]:
         """Return between which values a shape parameter of effect `k` is sought."""

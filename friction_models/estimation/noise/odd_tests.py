@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
+from ...common.wording import first_names
 from ...loads import FloatArray
 from ...loads.splits import Mask
 from ..campaign.binning import BinnedTests
@@ -152,14 +152,3 @@ def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
         else (f"{what} far off what all others say and were left out ({told}): look at their records")
     )
     return replace(campaign.part(keep), warnings=[*campaign.warnings, warning], spikes=campaign.spikes)
-
-
-def first_names(names: Sequence[str]) -> str:
-    """Return the first names of a list.
-
-    Examples
-    --------
-    >>> first_names(["S03", "S17"]), first_names(list("abcdef"))
-    ('S03, S17', 'a, b, c, d, e ...')
-    """
-    return ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")

@@ -44,16 +44,17 @@ def test_a_fall_that_comes_from_one_test_may_be_chance() -> None:
     group = np.repeat(np.arange(10), 20)
     before = np.where(np.arange(200) % 2, 0.005, -0.005)
     after = np.where(group == 0, 0.0, before) * 1.01
-    intervals, clear = before_and_after(before, after, group)
-    assert np.mean(after**2) < np.mean(before**2) and not clear
-    fall = intervals["fall"]["rmse"]
+    change = before_and_after(before, after, group)
+    assert np.mean(after**2) < np.mean(before**2) and not change.fell and not change.rose
+    fall = change.intervals["fall"]["rmse"]
     assert fall is not None and fall[0] < 0.0 < fall[1]
     # Fewer than six tests never show more than chance, and one shows no interval.
-    assert not before_and_after(before[:100], 0.5 * before[:100], group[:100])[1]
-    alone, clear = before_and_after(before[:20], 0.5 * before[:20], group[:20])
-    assert alone["fall"] == {"rmse": None, "mae": None} and not clear
-    # What differs by rounding alone did not fall.
-    assert not before_and_after(before, before * (1.0 - 1e-9), group)[1]
+    assert not before_and_after(before[:100], 0.5 * before[:100], group[:100]).fell
+    alone = before_and_after(before[:20], 0.5 * before[:20], group[:20])
+    assert alone.intervals["fall"] == {"rmse": None, "mae": None} and not alone.fell
+    # What differs by rounding alone neither fell nor rose.
+    rounded = before_and_after(before, before * (1.0 - 1e-9), group)
+    assert not rounded.fell and not rounded.rose
 
 
 def test_a_certain_rise_is_not_said_to_be_chance() -> None:
