@@ -133,7 +133,7 @@ def _cell(value: float) -> str:
 def _evidence(d: Findings) -> list[str]:
     lines = [
         "Ranked evidence, each effect alone beside the model (gain: drop of the whitened squared error less 2 per parameter; p: family-wise)",
-        "(evidence: the gain where the form of the effect may be somewhat wrong)",
+        "(evidence: the gain where the form of the effect may be somewhat wrong; where it hardly differs, the simpler effect stands first)",
         *(
             f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {p_text(r['p_value'])}"
             for r in d.ranking[:6]

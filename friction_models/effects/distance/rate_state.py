@@ -33,7 +33,7 @@ class RateState(Effect):
     title = "memory of the contact (rate and state)"
     label = "Memory of the contact"
     sentence = (
-        "friction jumps with every change of speed, then settles over a short sliding distance "
+        "after a change of speed, which can make it jump, friction settles over a short sliding distance "
         "as the contacts renew themselves"
     )
     equation = "mu += a ln((v_rel + v_0/10)/v_0) + b ln(v_0 age/D_c),  d(age)/dt = 1 - v_rel age/D_c"

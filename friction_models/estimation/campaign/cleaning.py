@@ -113,7 +113,11 @@ def without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> Floa
         spike[k] = np.count_nonzero(alike) <= AGREE  # itself is one of them
     if not spike.any():
         return mu
-    warnings.append(f"left out, far off their neighbours: {counted(int(spike.sum()), 'single point')}")
+    told, count = np.unique(names[2:-2][spike].astype(str), return_counts=True)
+    where = first_names(list(told[np.argsort(-count, kind="stable")]))
+    warnings.append(
+        f"left out, far off their neighbours: {counted(int(spike.sum()), 'single point')} (test {where})"
+    )
     cleaned = mu.copy()
     cleaned[2:-2][spike] = middle[spike]
     return cleaned

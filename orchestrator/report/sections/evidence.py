@@ -130,7 +130,8 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
         ),
         "Gain (whitened squares, less 2 for each parameter) of every effect that was tried, with its physical sign enforced, in the order of "
         "the evidence: that is the "
-        f"gain where the form of the effect may be somewhat wrong. {needed}{apart}",
+        "gain where the form of the effect may be somewhat wrong, and where it hardly differs, the simpler effect stands first. "
+        f"{needed}{apart}",
         "Ranking of effects by evidence.",
     )
     rows = [

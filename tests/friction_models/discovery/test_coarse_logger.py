@@ -35,6 +35,13 @@ def test_rounding_is_no_spike_and_spikes_are_seen() -> None:
         assert 0.008 < prepare(rounded(step, spikes=20)).spikes < 0.016
 
 
+def test_the_tests_that_hold_most_spikes_are_named() -> None:
+    data = rounded(0.0)
+    data.loc[[610, 630, 650, 905], "mu"] += 0.08
+    told = [w for w in prepare(data).warnings if "far off their neighbours" in w]
+    assert told == ["left out, far off their neighbours: 4 single points (test t10, t15)"]
+
+
 def test_rounded_records_are_diagnosed() -> None:
     found = diagnose(rounded(0.01))
     assert found.verdict not in {"data_problem", "nothing_missing"}
