@@ -8,10 +8,11 @@ together need not show along either.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 from scipy.optimize import minimize
 
 from ...loads import FloatArray
@@ -24,6 +25,19 @@ PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 2.0), "offset": (-1.0, 2.0), "n
 STRONG = 6.0
 #: Logarithm of a variance that is nothing.
 NOTHING = -40.0
+#: Minus twice the log-likelihood of variances for which rounding leaves no solution.
+UNSOLVED = 1e12
+
+
+class _Solved(NamedTuple):
+    """Coefficients of terms and curves for given variances."""
+
+    precision: FloatArray  #: Of the prior, for each coefficient.
+    offset: float
+    noise: float
+    root: FloatArray  #: Lower Cholesky root of the posterior precision, zero above the diagonal.
+    b: FloatArray  #: Posterior mean of the coefficients.
+    value: float  #: Minus twice the restricted log-likelihood of the variances.
 
 
 class VariancesOfCurves:
@@ -44,38 +58,36 @@ class VariancesOfCurves:
         scale: float,
     ) -> None:
         self.curves, self.scale, self._count = curves, scale, len(y)
-        widths = [c.columns.shape[1] for c in curves]
-        self._free = rows.shape[1] - sum(widths)
-        self._edges = np.cumsum([self._free, *widths])
+        self._widths = [c.columns.shape[1] for c in curves]
+        self._free = rows.shape[1] - sum(self._widths)
         starts = np.flatnonzero(np.r_[True, np.diff(test) != 0])
         self._per_test = np.add.reduceat(one[:, None] * rows, starts, axis=0)
         self._gram, self._score, self._square = rows.T @ rows, rows.T @ y, float(y @ y)
         self._size, self._level = np.add.reduceat(one**2, starts), np.add.reduceat(one * y, starts)
         self._mains = sum(len(c.of) == 1 for c in curves)
+        # the logarithm of the variance of each block as a sum of entries of theta
+        self._sums = np.eye(len(curves))
+        for j, c in enumerate(curves):
+            self._sums[j, list(c.of)] = 1.0
         kinds = ["curve" if len(c.of) == 1 else "product" for c in curves]
         self._mean, self._spread = np.array([PRIOR[k] for k in [*kinds, "offset", "noise"]]).T
 
     def split(self, theta: FloatArray) -> tuple[FloatArray, float, float]:
         """Return the prior precision of every coefficient, and the variances of offsets and noise."""
-        *curves, offset, noise = theta
-        products = iter(curves[self._mains :])
-        sizes = [
-            np.exp(sum(curves[k] for k in c.of) + (next(products) if len(c.of) > 1 else 0.0))
-            for c in self.curves
-        ]
-        own = [np.full(c.columns.shape[1], 1.0 / (s * self.scale**2)) for c, s in zip(self.curves, sizes)]
+        own = np.repeat(np.exp(-self._sums @ theta[:-2]), self._widths)
+        offset, noise = np.exp(theta[-2:])
         # the white rows carry the noise of the floor: `noise` is a factor on it
         return (
-            np.concatenate([np.full(self._free, 1e-8 / self.scale**2), *own]),
-            float(np.exp(offset)) * self.scale**2,
-            float(np.exp(noise)),
+            np.r_[np.full(self._free, 1e-8), own] / self.scale**2,
+            float(offset) * self.scale**2,
+            float(noise),
         )
 
     def most_likely(self) -> FloatArray:
         """Return ``theta`` with the largest posterior density."""
 
         def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
-            value, gradient = self._likelihood(theta)
+            value, gradient = self._unlikelihood_and_slope(theta)
             z = (theta - self._mean) / self._spread
             return float(value + z @ z), gradient + 2.0 * z / self._spread
 
@@ -95,11 +107,11 @@ class VariancesOfCurves:
         given = ((theta - self._mean) / self._spread) ** 2
         found: list[int] = []
         while own:
-            likely, tried = self._likelihood(theta)[0], {}
+            likely, tried = self._unlikelihood(theta), {}
             for k, places in own.items():
                 without = theta.copy()
                 without[k] = NOTHING
-                worth = self._likelihood(without)[0] - likely - float(np.sum(given[places]))
+                worth = self._unlikelihood(without) - likely - float(np.sum(given[places]))
                 tried[k] = worth, without
             least = min(tried, key=lambda k: tried[k][0])
             if tried[least][0] >= STRONG:
@@ -109,42 +121,53 @@ class VariancesOfCurves:
             del own[least]
         return found
 
-    def _likelihood(self, theta: FloatArray) -> tuple[float, FloatArray]:
-        """Return minus twice the restricted log-likelihood, and its gradient."""
+    def _at(self, theta: FloatArray) -> _Solved | None:
+        """Return the coefficients for given variances, and how likely these are; None where rounding leaves no solution."""
         precision, offset, noise = self.split(theta)
-        per_test, gram, size, level = self._per_test, self._gram, self._size, self._level
+        per_test, size, level = self._per_test, self._size, self._level
         k = offset / (noise + offset * size)
-        A = (gram - per_test.T @ (k[:, None] * per_test)) / noise + np.diag(precision)
+        own = np.sqrt(k)[:, None] * per_test
+        A = (self._gram - own.T @ own) / noise
+        A[np.diag_indices_from(A)] += precision
         c = (self._score - per_test.T @ (k * level)) / noise
         root, failed = dpotrf(A, lower=1)
         if failed:
-            return 1e12, np.zeros_like(theta)
-        lower = np.tril(dpotri(root, lower=1)[0])
-        inverse = lower + np.tril(lower, -1).T
-        b = inverse @ c
+            return None
+        b = dpotrs(root, c, lower=1)[0]
         fit = (self._square - float(k @ level**2)) / noise - float(c @ b)
         value = self._count * np.log(noise) + np.sum(np.log1p(offset * size / noise)) + fit
         value += 2.0 * np.sum(np.log(np.diag(root))) - np.sum(np.log(precision))
+        return _Solved(precision, offset, noise, root, b, float(value))
+
+    def _unlikelihood(self, theta: FloatArray) -> float:
+        """Return minus twice the restricted log-likelihood."""
+        at = self._at(theta)
+        return UNSOLVED if at is None else at.value
+
+    def _unlikelihood_and_slope(self, theta: FloatArray) -> tuple[float, FloatArray]:
+        """Return minus twice the restricted log-likelihood, and its gradient."""
         gradient = np.zeros_like(theta)
-        own = precision * (np.diag(inverse) + b**2)
-        for j, (curves, low, high) in enumerate(
-            zip(self.curves, self._edges[:-1], self._edges[1:], strict=True)
-        ):
-            slope = (high - low) - float(own[low:high].sum())
-            for main in curves.of:
-                gradient[main] += slope
-            if len(curves.of) > 1:
-                gradient[j] += slope
+        at = self._at(theta)
+        if at is None:
+            return UNSOLVED, gradient
+        precision, offset, noise, root, b, value = at
+        per_test, size, level = self._per_test, self._size, self._level
+        inverse_root = dtrtri(root, lower=1)[0]
+        variance = np.sum(inverse_root**2, axis=0)
+        first = np.cumsum([self._free, *self._widths[:-1]])
+        gradient[:-2] = self._sums.T @ (self._widths - np.add.reduceat(precision * (variance + b**2), first))
         # noise: V = noise I + offset u u' in each test
-        along = per_test @ inverse
         left = level - per_test @ b
         total = noise + offset * size
-        by_offset = size / total - np.sum(along * per_test, axis=1) / total**2 - (left / total) ** 2
+        spent_by_test = np.sum((per_test @ inverse_root.T) ** 2, axis=1)
+        by_offset = size / total - spent_by_test / total**2 - (left / total) ** 2
         gradient[-2] = offset * float(by_offset.sum())
+        k = offset / total
         twice = 2.0 * k - k**2 * size
-        rest = self._square - 2.0 * float(self._score @ b) + float(b @ gram @ b)
-        spent = float(np.sum(inverse * gram)) - float(twice @ np.sum(along * per_test, axis=1))
+        rest = self._square - 2.0 * float(self._score @ b) + float(b @ self._gram @ b)
+        # trace of posterior covariance times Gram matrix, which differs from the inverse of the covariance by prior and offsets
+        spent = noise * (len(b) - float(precision @ variance)) + float((k - twice) @ spent_by_test)
         by_noise = (self._count - float(k @ size)) / noise
         by_noise -= (spent + rest - float(twice @ left**2)) / noise**2
         gradient[-1] = noise * by_noise
-        return float(value), gradient
+        return value, gradient

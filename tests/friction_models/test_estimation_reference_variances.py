@@ -1,0 +1,50 @@
+"""How likely the prior variances of the reference are, against the density of a normal distribution and its differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime
+
+from friction_models.estimation.noise.reference_curves import Curves
+from friction_models.estimation.noise.reference_variances import VariancesOfCurves
+
+SCALE = 1.3
+POINTS = [
+    np.array([-1.0, 0.3, -0.5, -0.7, 0.2]),
+    np.array([-4.0, 1.0, 2.0, -3.0, -0.5]),
+    np.array([-40.0, 0.0, 0.5, 0.0, 0.0]),
+]
+
+
+def problem() -> tuple[VariancesOfCurves, np.ndarray, np.ndarray, np.ndarray, list[Curves], np.ndarray]:
+    rng = np.random.default_rng(4)
+    test = np.repeat(np.arange(20), 10)
+    curves = [Curves(of, rng.normal(size=(200, n))) for of, n in (((0,), 5), ((1,), 4), ((0, 1), 6))]
+    free, one, y = rng.normal(size=(200, 3)), rng.uniform(0.5, 1.0, 200), rng.normal(size=200)
+    rows = np.column_stack([free, *(c.columns for c in curves)])
+    return VariancesOfCurves(rows, one, y, test, curves, SCALE), free, one, y, curves, test
+
+
+@pytest.mark.parametrize("theta", POINTS)
+def test_slopes_are_those_of_the_values(theta: np.ndarray) -> None:
+    variances = problem()[0]
+    value, slope = variances._unlikelihood_and_slope(theta)
+    assert value == variances._unlikelihood(theta)
+    assert slope == pytest.approx(approx_fprime(theta, variances._unlikelihood, 1e-6), rel=1e-4, abs=1e-3)
+
+
+def test_values_are_those_of_the_normal_distribution() -> None:
+    """The covariance written out; free terms have a prior so wide that it only adds a constant."""
+    variances, free, one, y, curves, test = problem()
+
+    def dense(theta: np.ndarray) -> float:
+        sizes = np.exp([theta[0], theta[1], theta[:3].sum()]) * SCALE**2
+        same = test[:, None] == test[None, :]
+        cov = np.exp(theta[-1]) * np.eye(200) + np.exp(theta[-2]) * SCALE**2 * same * np.outer(one, one)
+        cov += 1e8 * SCALE**2 * free @ free.T
+        cov += sum(s * c.columns @ c.columns.T for s, c in zip(sizes, curves, strict=True))
+        return float(np.linalg.slogdet(cov)[1] + y @ np.linalg.solve(cov, y))
+
+    ours = [variances._unlikelihood(theta) for theta in POINTS[:2]]
+    assert ours[0] - ours[1] == pytest.approx(dense(POINTS[0]) - dense(POINTS[1]), abs=1e-2)
