@@ -154,10 +154,13 @@ class BinnedTests:
 
     def varies(self, name: str) -> bool:
         """Whether a load takes more than one value, beyond what a machine makes of one set point."""
-        column = getattr(self.loads, name)
-        if name not in HELD:
-            return varies(name, column, self.averaged)
-        return varies(name, self.average(column), self.averaged)
+        return name in self._varying
+
+    @cached_property
+    def _varying(self) -> frozenset[str]:
+        columns = {n: getattr(self.loads, n) for n in LOAD_NAMES}
+        held = {n: self.average(c) if n in HELD else c for n, c in columns.items()}
+        return frozenset(n for n, column in held.items() if varies(n, column, self.averaged))
 
 
 def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTests:
