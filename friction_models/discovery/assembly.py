@@ -78,7 +78,8 @@ def assemble(
     """Return the diagnosis; `whole` holds the points as measured, and the base there."""
     found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
     named = verdict in NAMED and bool(chosen)
-    fitted = fit_terms(*whole, [f.effect for f in chosen] if named else [])
+    effects = [f.effect for f in chosen] if named else []
+    fitted = fit_terms(*whole, effects) if judged.unseen is None else judged.unseen.fitted(effects)
     names, confusion = [term.name for term in fitted.terms], _confusion(judged)
     # a linear shift of the model, fitted beside it, contains its level
     level = (

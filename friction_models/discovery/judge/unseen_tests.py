@@ -14,6 +14,7 @@ from ...effects.base import Effect
 from ...estimation.campaign.binning import BinnedTests, campaign_of
 from ...estimation.campaign.metadata import with_all_metadata
 from ...estimation.fit.joint_problem import solve_jointly
+from ...estimation.fit.parameters import FittedTerms, fit_terms
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import contribution
 from ...estimation.search.scan import Fit, best_fit
@@ -147,6 +148,7 @@ class UnseenTests:
     #: Called after each set of effects that was fitted.
     told: Callable[[], None] = field(default=lambda: None, repr=False)
     _kept: dict[tuple[str, ...], FloatArray] = field(default_factory=dict, repr=False)
+    _fitted: dict[tuple[str, ...], FittedTerms] = field(default_factory=dict, repr=False)
 
     @property
     def possible(self) -> bool:
@@ -165,6 +167,13 @@ class UnseenTests:
     def errors(self, effects: Sequence[Effect] = ()) -> ErrorsByTest:
         """Return the errors of the model with `effects`, of averages over the bins."""
         return errors_of_tests(self.campaign, self.residual(effects))
+
+    def fitted(self, effects: Sequence[Effect]) -> FittedTerms:
+        """Return the model with `effects` fitted to all tests, once for each list of effects."""
+        key = tuple(e.name for e in effects)
+        if key not in self._fitted:
+            self._fitted[key] = fit_terms(self.campaign, self.base, list(effects))
+        return self._fitted[key]
 
     def _at_points(self, effects: Sequence[Effect]) -> FloatArray:
         key = tuple(sorted(e.name for e in effects))

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.fit.parameters import fit_terms
 from ...estimation.noise.repeats import Repeats, repeats_of
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
@@ -194,7 +193,7 @@ class UnseenTestsJudge:
         }
         if len(sharing) < 2:
             return set()
-        fitted = fit_terms(self.unseen.campaign, self.unseen.base, effects_of(kept))
+        fitted = self.unseen.fitted(effects_of(kept))
         unknown = {
             t.name
             for t in fitted.terms
@@ -216,7 +215,7 @@ class UnseenTestsJudge:
         if not kept or repeats is None or not repeats.lacks_fit:
             return repeats
         # the shapes of the scan lie on a grid: what they leave, a fit of the shapes may not
-        fitted = fit_terms(self.unseen.campaign, self.unseen.base, effects_of(kept))
+        fitted = self.unseen.fitted(effects_of(kept))
         return repeats_of(self.campaign, fitted.residual, self.unseen.seed)
 
     def _is_fault(self, name: str) -> bool:
