@@ -36,6 +36,8 @@ RIDGE = 1e-10
 LEAST_SEEN = 1e-4
 #: Weights by the covariance are given up only where the error of tests left out falls below this share.
 KEEP_WEIGHTS = 0.98
+#: The same for empirical terms, which were chosen by the weights: another curve must be better by more.
+KEEP_CURVE = 0.95
 
 
 def solve_jointly(
@@ -91,16 +93,17 @@ class JointProblem:
         """Fall back to ordinary least squares where it predicts tests left out better.
 
         Generalised least squares relies on what varies within tests. If the formula of an effect is not quite right, this can
-        spoil the levels of the tests. Empirical terms were chosen, and are offered, by the weights.
+        spoil the levels of the tests.
         """
-        if self.layout is None or any(isinstance(e, Empirical) for e in self.effects):
+        if self.layout is None:
             return
+        keep = KEEP_CURVE if any(isinstance(e, Empirical) for e in self.effects) else KEEP_WEIGHTS
         weighted, shapes = self.whiten, self.shapes
         best = self._left_out()
         root = np.sqrt(self.campaign.count)
         self.whiten = self._weighted(lambda values: _rows(values, root))
         self.optimise()
-        if self._left_out() > best * KEEP_WEIGHTS:
+        if self._left_out() > best * keep:
             self.whiten, self.shapes = weighted, shapes
 
     def _left_out(self) -> float:
