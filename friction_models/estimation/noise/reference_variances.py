@@ -60,6 +60,7 @@ class VariancesOfCurves:
         self.curves, self.scale, self._count = curves, scale, len(y)
         self._widths = [c.columns.shape[1] for c in curves]
         self._free = rows.shape[1] - sum(self._widths)
+        self._first = np.cumsum([self._free, *self._widths[:-1]])
         starts = np.flatnonzero(np.r_[True, np.diff(test) != 0])
         self._per_test = np.add.reduceat(one[:, None] * rows, starts, axis=0)
         self._gram, self._score, self._square = rows.T @ rows, rows.T @ y, float(y @ y)
@@ -154,8 +155,8 @@ class VariancesOfCurves:
         per_test, size, level = self._per_test, self._size, self._level
         inverse_root = dtrtri(root, lower=1)[0]
         variance = np.sum(inverse_root**2, axis=0)
-        first = np.cumsum([self._free, *self._widths[:-1]])
-        gradient[:-2] = self._sums.T @ (self._widths - np.add.reduceat(precision * (variance + b**2), first))
+        used = np.add.reduceat(precision * (variance + b**2), self._first)
+        gradient[:-2] = self._sums.T @ (self._widths - used)
         # noise: V = noise I + offset u u' in each test
         left = level - per_test @ b
         total = noise + offset * size
