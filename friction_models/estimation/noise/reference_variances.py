@@ -35,6 +35,7 @@ class _Solved(NamedTuple):
     precision: FloatArray  #: Of the prior, for each coefficient.
     offset: float
     noise: float
+    k: FloatArray  #: Of each test, what the inverse of its covariance loses by the offset: (1 - k u u') / noise.
     root: FloatArray  #: Lower Cholesky root of the posterior precision, zero above the diagonal.
     b: FloatArray  #: Posterior mean of the coefficients.
     value: float  #: Minus twice the restricted log-likelihood of the variances.
@@ -138,7 +139,7 @@ class VariancesOfCurves:
         fit = (self._square - float(k @ level**2)) / noise - float(c @ b)
         value = self._count * np.log(noise) + np.sum(np.log1p(offset * size / noise)) + fit
         value += 2.0 * np.sum(np.log(np.diag(root))) - np.sum(np.log(precision))
-        return _Solved(precision, offset, noise, root, b, float(value))
+        return _Solved(precision, offset, noise, k, root, b, float(value))
 
     def _unlikelihood(self, theta: FloatArray) -> float:
         """Return minus twice the restricted log-likelihood."""
@@ -151,7 +152,7 @@ class VariancesOfCurves:
         at = self._at(theta)
         if at is None:
             return UNSOLVED, gradient
-        precision, offset, noise, root, b, value = at
+        precision, offset, noise, k, root, b, value = at
         per_test, size, level = self._per_test, self._size, self._level
         inverse_root = dtrtri(root, lower=1)[0]
         variance = np.sum(inverse_root**2, axis=0)
@@ -163,7 +164,6 @@ class VariancesOfCurves:
         spent_by_test = np.sum((per_test @ inverse_root.T) ** 2, axis=1)
         by_offset = size / total - spent_by_test / total**2 - (left / total) ** 2
         gradient[-2] = offset * float(by_offset.sum())
-        k = offset / total
         twice = 2.0 * k - k**2 * size
         rest = self._square - 2.0 * float(self._score @ b) + float(b @ self._gram @ b)
         # trace of posterior covariance times Gram matrix, which differs from the inverse of the covariance by prior and offsets
