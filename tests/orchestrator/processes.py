@@ -22,11 +22,6 @@ def environment(place: Path, **more: str) -> dict[str, str]:
     return kept | {"OMP_NUM_THREADS": "1", "XDG_CACHE_HOME": str(place / "cache")} | more
 
 
-def imports(pid: int) -> bool:
-    """Whether a process is in the middle of its imports: pydantic, which every command needs, is loaded."""
-    return "_pydantic_core" in _read(pid, "maps")
-
-
 def has_workers(pid: int) -> bool:
     """Whether two processes of a pool have started: each has a second thread then."""
     ready = [p for p in _children(pid) if "spawn_main" in _read(p, "cmdline") and len(_tasks(p)) > 1]

@@ -14,10 +14,12 @@ from friction_models import LinearFriction
 from friction_models.loads import DataSet
 from orchestrator.cli.common import interrupts
 from tests.orchestrator.cli.test_command_line import points
-from tests.orchestrator.processes import COMMAND, imports, interrupted, needs_proc
+from tests.orchestrator.processes import COMMAND, interrupted, needs_proc
 from tests.orchestrator.tiny_fmus import slow_process
 
 pytestmark = needs_proc
+#: Holds a module that interrupts the process which imports it, in the middle of its start.
+AT_START = Path(__file__).with_name("interrupted_start")
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +83,8 @@ DAILY = ("demo", "twin", "pack", "simulate", "diagnose", "study")
     [pytest.param(c, marks=() if c.split()[0] in DAILY else pytest.mark.nightly) for c in COMMANDS],
 )
 def test_an_interrupt_while_it_starts(place: Path, command: str) -> None:
-    expect_a_sentence(interrupted([COMMAND, *command.split()], place, imports))
+    words = [COMMAND, *command.split()]
+    expect_a_sentence(interrupted(words, place, lambda _: False, PYTHONPATH=str(AT_START)))
     assert not list(place.glob("new*")) and not list(place.glob(".new*"))
 
 
