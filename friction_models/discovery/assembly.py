@@ -247,14 +247,15 @@ def _confusion(judged: Judged) -> list[str]:
 
 
 def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:
-    """Return where structure is left: blocks that stand out, or the loads of a winner whose form does not fit, else what
-    the reference predicts beyond the model."""
-    evidence = judged.evidence
-    if judged.verdict == "unknown_structure" and evidence.unexplained and evidence.structure.where:
+    """Return where structure is left: what the reference predicts beyond the model, else blocks that stand out, or the loads of a
+    winner whose form does not fit."""
+    evidence, places = judged.evidence, judged.confirmed.where
+    if places or judged.verdict != "unknown_structure" or not evidence.unexplained:
+        return places
+    if evidence.structure.where:
         return list(evidence.structure.where)
-    bent = evidence.unexplained and evidence.winner is not None and evidence.misfit.excess > 0.0
-    if evidence.winner is None or not bent or judged.verdict != "unknown_structure":
-        return judged.confirmed.where
+    if evidence.winner is None or evidence.misfit.excess <= 0.0:
+        return places
     winner, excess = evidence.winner, evidence.misfit.excess
     region = campaign.ranges(winner.effect.driver)
     return [

@@ -41,7 +41,8 @@ def test_a_planted_curve_is_found_along_its_load() -> None:
     data, rms = planted(4, "bent")
     campaign, found = searched(data)
     structure = find_structure(campaign, found, np.empty((len(found.y), 0)), 0)
-    assert structure.where[0]["variables"] == ["T"] and structure.where[0]["shape"] == "bent"
+    assert [w["variables"] for w in structure.where] == [["T"]], "surfaces over T hold the same curve"
+    assert structure.where[0]["shape"] == "bent"
     assert structure.rms == pytest.approx(rms, rel=0.15)
 
 
@@ -86,3 +87,17 @@ def test_a_surface_is_named_only_where_there_is_one(crossed: bool) -> None:
         named.append(places_of(campaign, law + others, [])[0]["variables"])
     right = ["T", "sigma_n"] if crossed else ["T"]
     assert sum(n == right for n in named) >= 16
+
+
+def test_a_curve_is_not_told_again_along_a_load_that_goes_with_it() -> None:
+    """What a wave along T leaves beside its curve is small, but surfaces over loads tied to T follow much of the wave itself."""
+    rng = np.random.default_rng(7)
+    data = measured(rng, tests=40, points=8, between=0.0)
+    campaign = prepare(data)
+    T = campaign.average(campaign.loads.T)
+    wave = np.sin(2.0 * np.pi * (T - T.min()) / np.ptp(T))
+    tied = [w["variables"] for w in places_of(campaign, wave, [])]
+    assert tied == [["T"]]
+    several = places_of(campaign, wave + campaign.average(campaign.loads.sigma_n) / 1000.0, [])
+    assert sorted(w["variables"] for w in several) == [["T"], ["sigma_n"]]
+    assert sum(w["share"] for w in several) <= 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...common.wording import first_names
 from ...estimation.campaign.binning import FEW_TESTS, BinnedTests
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.base_law import BaseLaw
@@ -219,7 +220,8 @@ def sentence(
     if factor is not None:
         return (
             f"no effect in the catalogue can be seen to be missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
-            f"({len(factor['group'])} and {factor['others']} tests): a factor that is not recorded may set them apart {sure}."
+            f"({len(factor['group'])} and {factor['others']} tests; the higher one: {first_names(factor['group'])}): a factor that is not "
+            f"recorded may set them apart {sure}."
         )
     if confidence <= 0.5 or hidden:
         return f"{NOTHING_SEEN} from {model}, but these tests do not rule it out {sure}."

@@ -20,7 +20,7 @@ from .unseen_tests import StraightFits
 
 #: An effect must beat what could stand in its place by so many standard errors on unseen tests.
 APART = 1.7
-#: Share of the gain of the first effect below which another one is no rival.
+#: Share of the gain of a named effect below which another one is no rival.
 WORTH = 0.25
 #: A rival of at least this share of the gain of the first effect stays where the tests do not prefer the first by so many
 #: standard errors, formulas being as wrong as the leads of single tests show.
@@ -69,10 +69,14 @@ class Rivals:
                 found[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
+            tried = self.further(beside)
+            least = WORTH * max((f.gain for f in tried), default=0.0)
             found[named.name] = [
                 f.name
-                for f in self.further(beside)
-                if f.name not in names and not self._apart(kept, [*beside, f], beside, named, f)
+                for f in tried
+                if f.name not in names
+                and f.gain > least
+                and not self._apart(kept, [*beside, f], beside, named, f)
             ]
         return found
 

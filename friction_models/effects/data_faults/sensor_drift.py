@@ -25,8 +25,7 @@ class SensorDrift(Effect):
     title = "the sensor drifts over the campaign"
     label = "Sensor drift"
     sentence = (
-        "measured friction moves steadily from test to test in the order of the campaign, as the "
-        "sensor drifts"
+        "measured friction moves from test to test in the order of the campaign, as where a sensor drifts"
     )
     equation = "measured mu += k_d * order/100"
     latex = r"\mu_\mathrm{meas} \mathrel{+}= k_d\,\mathrm{order}/100"

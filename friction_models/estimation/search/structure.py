@@ -6,10 +6,10 @@ is compared with what it would fit in pure noise (functional ANOVA; Hooker, J. C
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -22,14 +22,15 @@ from .search_round import SearchRound
 from .significance import null_noise
 
 REPLICATES = 399
-#: A surface over two loads must follow this much more of a difference than a curve along one of them, both adjusted for their columns.
-INTERACTION = 0.15
+#: A surface over two loads must follow this much more of a difference than a curve along one of them, and than both curves; all
+#: adjusted for their columns.
+INTERACTION, PRODUCTS = 0.15, 0.05
 #: Places at which curves may bend, that are fitted to measurements, and to what the reference, which may be wavy, predicts otherwise.
 KNOTS, WAVY_KNOTS = 3, 5
 #: Metadata with so few values are levels, whatever lies between them.
 MOST_LEVELS_APART = 4
-#: Places that are told of a difference of two predictions.
-MOST_PLACES = 2
+#: Places that are told of a difference of two predictions, and share of it that each must follow.
+MOST_PLACES, LEAST_OF_PLACE = 2, 0.1
 
 
 class StructurePlace(TypedDict):
@@ -113,7 +114,9 @@ def find_structure(campaign: BinnedTests, found: SearchRound, signal: FloatArray
     p = float((1 + np.sum(null >= table[:, 0].max())) / (1 + REPLICATES))
     keys = list(fits)
     significant = [
-        k for k in np.argsort(-table[:, 0]) if (1 + np.sum(null >= table[k, 0])) / (1 + REPLICATES) < 0.05
+        k
+        for k in np.argsort(-table[:, 0])
+        if (1 + np.sum(null >= table[k, 0])) / (1 + REPLICATES) < 0.05 and _adds(keys[k], excess)
     ]
     strongest = keys[int(np.argmax(table[:, 0]))]
     total = max(float(residual @ residual), 1e-300)
@@ -124,6 +127,12 @@ def find_structure(campaign: BinnedTests, found: SearchRound, signal: FloatArray
     return Structure(
         max(excess.values()), p, _rms(campaign, found, fits[strongest], residual, excess[strongest]), where
     )
+
+
+def _adds(key: tuple[str, ...], excess: Mapping[tuple[str, ...], float]) -> bool:
+    """Return whether a block follows clearly more than curves along its loads, which a surface holds."""
+    along = max((excess.get((n,), 0.0) for n in key), default=0.0)
+    return len(key) == 1 or excess[key] > (1.0 + INTERACTION) * along
 
 
 def _rms(
@@ -143,46 +152,74 @@ def places_of(campaign: BinnedTests, difference: FloatArray, metadata: Sequence[
     `metadata` are columns of the test table that count, too.
     """
     root = np.sqrt(campaign.count)
-    mean = float(campaign.count @ difference / campaign.count.sum())
-    target = root * (difference - mean)
+    target = root * (difference - float(campaign.count @ difference / campaign.count.sum()))
+    blocks = _blocks(campaign, metadata)
     whole = max(float(target @ target), 1e-300)
-    curves = _curves(campaign, WAVY_KNOTS)
-    levels = campaign.of_tests(difference)[campaign.test] - mean
+    found: list[StructurePlace] = []
+    while blocks and len(found) < MOST_PLACES:
+        key, fit = _strongest(campaign, blocks, target)
+        share = float(fit @ fit) / whole
+        if share <= LEAST_OF_PLACE:
+            break
+        found.append(_described(campaign, key, fit, share))
+        target = target - fit  # what follows one curve is told once, not again along a load that goes with it
+    return found
+
+
+class _Block(NamedTuple):
+    """Orthonormal columns, weighted by points, of a curve or a surface, and of both curves whose products it holds."""
+
+    columns: FloatArray
+    apart: FloatArray | None = None
+
+
+def _blocks(campaign: BinnedTests, metadata: Sequence[str]) -> dict[tuple[str, ...], _Block]:
+    """Return curves and surfaces over loads and metadata in the bins."""
+    root = np.sqrt(campaign.count)
+
+    def weighted(columns: FloatArray) -> FloatArray:
+        mean = np.average(columns, axis=0, weights=campaign.count)
+        return Projector(root[:, None] * (columns - mean)).q
+
+    loads = _curves(campaign, WAVY_KNOTS)
+    curves = loads | {n: _metadata_curve(campaign, n) for n in metadata}
+    found: dict[tuple[str, ...], _Block] = {(n,): _Block(weighted(c)) for n, c in curves.items()}
+    for pair in [*combinations(loads, 2), *((a, n) for n in metadata for a in loads)]:
+        a, b = (curves[n] for n in pair)
+        found[pair] = _Block(weighted(_with_products(a, b)), weighted(np.column_stack([a, b])))
+    return found
+
+
+def _strongest(
+    campaign: BinnedTests, blocks: Mapping[tuple[str, ...], _Block], target: FloatArray
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Return the block that follows most of a difference, weighted by points, and what it follows of it.
+
+    A surface is compared only if it follows more than curves along both its loads, beyond what so many columns would by chance.
+    """
+    whole = max(float(target @ target), 1e-300)
+    level = campaign.of_tests(target / np.sqrt(campaign.count))[campaign.test]
     # tests are as many numbers as a difference from test to test has; one along the tests has more
-    numbers = min(len(campaign.tests) * whole / max(float(campaign.count @ levels**2), 1e-300), len(target))
-    shares: dict[tuple[str, ...], tuple[float, FloatArray]] = {}
-    ranks: dict[tuple[str, ...], int] = {}
+    numbers = min(len(campaign.tests) * whole / max(float(campaign.count @ level**2), 1e-300), len(target))
 
-    def add(key: tuple[str, ...], columns: FloatArray) -> None:
-        q = Projector(root[:, None] * (columns - np.average(columns, axis=0, weights=campaign.count))).q
-        fit = q @ (q.T @ target)
-        shares[key], ranks[key] = (float(fit @ fit) / whole, fit), q.shape[1]
+    def followed(q: FloatArray) -> float:
+        return float(np.sum((q.T @ target) ** 2)) / whole
 
-    def add_surface(a: str, b: str, columns: FloatArray) -> None:
-        add((a, b), _with_products(curves[a], columns))
-        if adjusted((a, b)) < max(adjusted((a,)), adjusted((b,))) + INTERACTION:
-            del shares[(a, b)]
+    def adjusted(q: FloatArray) -> float:
+        """Return the share that columns follow, less what so many would by chance."""
+        free = numbers - 1.0 - q.shape[1]
+        return 1.0 - (1.0 - followed(q)) * (numbers - 1.0) / free if free > 0.0 else -np.inf
 
-    def adjusted(key: tuple[str, ...]) -> float:
-        """Return the share less what so many columns would follow by chance."""
-        free = numbers - 1.0 - ranks[key]
-        return 1.0 - (1.0 - shares[key][0]) * (numbers - 1.0) / free if free > 0.0 else -np.inf
+    def needed(key: tuple[str, ...], block: _Block) -> bool:
+        if block.apart is None:
+            return True
+        one = max(adjusted(blocks[(n,)].columns) for n in key)
+        return adjusted(block.columns) >= max(one + INTERACTION, adjusted(block.apart) + PRODUCTS)
 
-    for n in curves:
-        add((n,), curves[n])
-    for a, b in combinations(curves, 2):
-        add_surface(a, b, curves[b])
-    for n in metadata:
-        columns = _metadata_curve(campaign, n)
-        add((n,), columns)
-        for a in curves:
-            add_surface(a, n, columns)
-    best = sorted(shares, key=lambda key: -shares[key][0])
-    return [
-        _described(campaign, key, shares[key][1], shares[key][0])
-        for key in best[:MOST_PLACES]
-        if shares[key][0] > 0.1
-    ]
+    compared = [key for key, block in blocks.items() if needed(key, block)]
+    best = max(compared, key=lambda key: followed(blocks[key].columns))
+    q = blocks[best].columns
+    return best, q @ (q.T @ target)
 
 
 def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:

@@ -214,7 +214,7 @@ def test_two_groups_of_tests_are_in_the_sentence() -> None:
     answer = diagnose(points.assign(mu=points["mu"] + 0.04 * high))
     assert answer.unrecorded_factor is not None and answer.verdict == "nothing_missing"
     assert answer.confidence <= 0.5
-    assert "two groups 0.04" in answer.sentence and "(30 and 51 tests)" in answer.sentence
+    assert "two groups 0.04" in answer.sentence and "(30 and 51 tests; the higher one: t0" in answer.sentence
 
 
 def test_averages_that_an_evaluation_wrote_are_no_metadata() -> None:
