@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,8 @@ from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.fit.parameters import fit_terms
 from friction_models.estimation.search.base_law import base_law
+
+from .estimation_cases import measured
 
 DELTA, LENGTH = 0.03, 6.0
 HOTTER = {"delta_b": 0.03, "T_b": 130.0, "w": 12.0}
@@ -121,7 +124,7 @@ def test_a_size_that_is_not_known_is_said() -> None:
     assert about_the_fit(campaign, fitted) == []
     large = replace(term, binned=5.0 * term.binned)
     blurred = replace(term, effect=rising, intervals={rising.amplitudes[0].name: (-0.1, 0.2)})
-    for other, said in ((large, "only their sum is known"), (blurred, "its size is not")):
+    for other, said in ((large, "only their sum is known"), (blurred, "tell its size")):
         (warning,) = about_the_fit(campaign, replace(fitted, terms=[other]))
         assert warning.endswith(said)
 
@@ -147,3 +150,26 @@ def test_a_fit_at_the_end_of_its_search_says_so() -> None:
         .terms[0]
         .at_limits
     )
+
+
+def in_order(seed: int, moved: Callable[[np.ndarray], np.ndarray], tests: int = 30) -> list[str]:
+    """Return what is said of a fitted drift where the level of each test has moved by a function of its place in the order."""
+    rng = np.random.default_rng([seed, 18])
+    data = measured(rng, tests=tests, points=8, between=0.004)
+    order = pd.Series(rng.permutation(np.arange(1, tests + 1)), index=data["test_id"].unique(), name="order")
+    data["mu"] += moved(data["test_id"].map(order).to_numpy(dtype=float))
+    campaign = prepare(data, order.rename_axis("test_id").reset_index())
+    fitted = fit_terms(campaign, base_law(LinearFriction(), campaign), [make_effect("sensor_drift")])
+    said = [w for w in about_the_fit(campaign, fitted) if "jump" in w]
+    names = {int(place): str(test) for test, place in order.items()}
+    return [w for w in said if f"between {names[15]} and {names[16]}," in w] + ["elsewhere"] * bool(said)
+
+
+def test_levels_that_jump_are_told_from_a_drift() -> None:
+    changed = [in_order(seed, lambda order: 0.016 * (order > 15)) for seed in range(12)]
+    assert sum(bool(found) for found in changed) >= 11
+    assert sum(len(found) == 2 for found in changed) >= 9, "the place is known"
+    drifted = [in_order(seed, lambda order: 0.016 * order / 15.0) for seed in range(12)]
+    warmed_up = [in_order(seed, lambda order: 0.03 * np.exp(-order / 10.0)) for seed in range(12)]
+    still = [in_order(seed, np.zeros_like) for seed in range(12)]
+    assert sum(bool(found) for found in [*drifted, *warmed_up, *still]) <= 1

@@ -16,6 +16,9 @@ LARGE_FAULT = 0.1
 #: A gap in a load of this share of its tested range (on the scale of its curve), over which an effect changes by this share of its own,
 #: leaves the course of the effect to its formula.
 GAP, CHANGE = 0.3, 0.4
+#: Fewest tests before and after a jump, and by how much twice the logarithm of the likelihood must prefer it to a drift, beyond what its
+#: free place takes: strong evidence (Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+SIDE, STRONG = 3, 6.0
 
 
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
@@ -60,7 +63,40 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    return at_bounds + at_limits + tied + opposed + faults + unsized + _between(campaign, fitted)
+    parts = (
+        at_bounds,
+        at_limits,
+        tied,
+        opposed,
+        faults,
+        unsized,
+        _jumps(campaign, fitted),
+        _between(campaign, fitted),
+    )
+    return [warning for part in parts for warning in part]
+
+
+def _jumps(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
+    """Return a warning where the levels of the tests jump at one place in their order, which a drift only follows."""
+    found = []
+    for term in fitted.terms:
+        if term.effect.driver != ("order",) or len(campaign.tests) < 4 * SIDE:
+            continue
+        order = campaign.of_tests(campaign.average(campaign.system["order"][:, 0]))
+        sequence = np.argsort(order, kind="stable")
+        level = campaign.of_tests(term.binned + fitted.residual)[sequence]
+        n, line = len(level), np.column_stack([np.ones(len(level)), order[sequence]])
+        drift = float(np.sum((level - line @ np.linalg.lstsq(line, level, rcond=None)[0]) ** 2))
+        places = range(SIDE, n - SIDE + 1)
+        step = [float(np.var(level[:k]) * k + np.var(level[k:]) * (n - k)) for k in places]
+        k = places[int(np.argmin(step))]
+        if n * np.log(drift / max(min(step), 1e-300)) > np.log(n) + STRONG:
+            before, after = (campaign.tests[sequence[j]] for j in (k - 1, k))
+            found.append(
+                f"{term.name}: the levels of the tests jump by {level[k:].mean() - level[:k].mean():+.2g} between {before} and {after}, and do not "
+                "drift: look what was changed there (lubricant, tool, batch), and record it as a column of the test table"
+            )
+    return found
 
 
 def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
