@@ -63,17 +63,8 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    parts = (
-        at_bounds,
-        at_limits,
-        tied,
-        opposed,
-        faults,
-        unsized,
-        _jumps(campaign, fitted),
-        _between(campaign, fitted),
-    )
-    return [warning for part in parts for warning in part]
+    known = at_bounds + at_limits + tied + opposed + faults + unsized
+    return known + _jumps(campaign, fitted) + _between(campaign, fitted)
 
 
 def _jumps(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
