@@ -72,14 +72,13 @@ def check(
         findings, complete = _read(result)
     report.findings += findings
     group = findings[-1].group if findings else "second process"
+    said = f" ({last})" if last else ""
     if code is None:
         report.add(False, group, f"not finished after {time_limit:g} s, ended")
     elif not complete:
-        report.add(
-            False, group, f"the second process ended early: {_cause(code)}{f' ({last})' if last else ''}"
-        )
+        report.add(False, group, f"the second process ended early: {_cause(code)}{said}")
     elif code:
-        report.add(False, group, f"the second process did not end well: {_cause(code)}")
+        report.add(False, group, f"the second process did not end well: {_cause(code)}{said}")
     return report
 
 
