@@ -7,6 +7,7 @@ import numpy as np
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.parameters import FittedTerm, FittedTerms
+from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
 from ...loads.contract import behind
@@ -16,9 +17,8 @@ LARGE_FAULT = 0.1
 #: A gap in a load of this share of its tested range (on the scale of its curve), over which an effect changes by this share of its own,
 #: leaves the course of the effect to its formula.
 GAP, CHANGE = 0.3, 0.4
-#: Fewest tests before and after a jump, and by how much twice the logarithm of the likelihood must prefer it to a drift, beyond what its
-#: free place takes: strong evidence (Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
-SIDE, STRONG = 3, 6.0
+#: Fewest tests before and after a jump.
+SIDE = 3
 
 
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
@@ -73,7 +73,7 @@ def _jumps(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     for term in fitted.terms:
         if term.effect.driver != ("order",) or len(campaign.tests) < 4 * SIDE:
             continue
-        order = campaign.of_tests(campaign.average(campaign.system["order"][:, 0]))
+        order = campaign.of_tests(campaign.metadata("order"))
         sequence = np.argsort(order, kind="stable")
         level = campaign.of_tests(term.binned + fitted.residual)[sequence]
         n, line = len(level), np.column_stack([np.ones(len(level)), order[sequence]])
@@ -81,7 +81,7 @@ def _jumps(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         places = range(SIDE, n - SIDE + 1)
         step = [float(np.var(level[:k]) * k + np.var(level[k:]) * (n - k)) for k in places]
         k = places[int(np.argmin(step))]
-        if n * np.log(drift / max(min(step), 1e-300)) > np.log(n) + STRONG:
+        if n * np.log(drift / max(min(step), 1e-300)) > np.log(n) + STRONG:  # its place is one more number
             before, after = (campaign.tests[sequence[j]] for j in (k - 1, k))
             found.append(
                 f"{term.name}: the levels of the tests jump by {level[k:].mean() - level[:k].mean():+.2g} between {before} and {after}, and do not "

@@ -46,7 +46,7 @@ def averages(
     loads = {n: getattr(campaign.loads, n) for n in LOAD_NAMES if n not in campaign.absent}
     columns |= {n: campaign.average(v) for n, v in loads.items()}
     needed = dict.fromkeys(n for term in chosen for n in term.effect.metadata)
-    columns |= {n: campaign.average(campaign.system[n][:, 0]) for n in needed if n not in columns}
+    columns |= {n: campaign.metadata(n) for n in needed if n not in columns}
     columns |= {"mu": campaign.average(campaign.mu), "before": before, "after": after}
     columns |= {f"effect {term.name}": term.binned for term in chosen}
     return pd.DataFrame(columns)

@@ -69,11 +69,11 @@ class Rivals:
                 found[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
-            tried = self.further(beside)
-            least = WORTH * max((f.gain for f in tried), default=0.0)
+            seen = self.further(beside)
+            least = WORTH * max((f.gain for f in seen), default=0.0)
             found[named.name] = [
                 f.name
-                for f in tried
+                for f in seen
                 if f.name not in names
                 and f.gain > least
                 and not self._apart(kept, [*beside, f], beside, named, f)

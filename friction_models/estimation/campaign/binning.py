@@ -82,6 +82,10 @@ class BinnedTests:
         weight = np.bincount(self.test, self.count)
         return np.asarray(np.bincount(self.test, self.count * values) / weight)
 
+    def metadata(self, name: str) -> FloatArray:
+        """Return a column of metadata in the bins, shape (m,)."""
+        return self.average(self.system[name][:, 0])
+
     @cached_property
     def place(self) -> npt.NDArray[np.intp]:
         """Place of each test in the order of their mean loads and mu.
@@ -104,7 +108,7 @@ class BinnedTests:
         if not self.averaged:  # how long a test was
             means.pop("sd", None)
         if "T" in means and "T_tool" in self.system:
-            means["T_tool"] = self.of_tests(self.average(self.system["T_tool"][:, 0]))
+            means["T_tool"] = self.of_tests(self.metadata("T_tool"))
             del means["T"]
         return setting_of_tests(means, self.place)
 

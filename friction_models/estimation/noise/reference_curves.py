@@ -74,7 +74,7 @@ def reference_curves(
     levels_of: dict[int, int] = {}
     first = len(names)
     for name in sorted(set(campaign.system).difference(without)):
-        values = campaign.average(campaign.system[name][:, 0])
+        values = campaign.metadata(name)
         known = level(values)
         same = any(abs(float(known @ m)) > SAME_AS_LOAD * len(known) for m in means)
         levels = np.unique(values)

@@ -21,7 +21,7 @@ from .reference_curves import Curves
 #: Prior of the natural logarithm of the variances, mean and spread: of curves and offsets over the variance of mu; of
 #: products over the product of the variances of both curves; of noise over that of the floor, which is known from within tests.
 PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 2.0), "offset": (-1.0, 2.0), "noise": (0.0, 0.7)}
-#: What metadata must be worth, as twice the logarithm of a density: strong evidence (Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+#: Strong evidence, as twice the logarithm of a ratio of densities, which metadata must be worth (Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 STRONG = 6.0
 #: Logarithm of a variance that is nothing.
 NOTHING = -40.0

@@ -175,7 +175,7 @@ def metadata_of_tests(campaign: BinnedTests) -> list[FloatArray]:
     """Return metadata of the tests in units of what counts as the same, shape (tests,) each."""
     columns = []
     for name in sorted(campaign.system):
-        values = campaign.of_tests(campaign.average(campaign.system[name][:, 0]))
+        values = campaign.of_tests(campaign.metadata(name))
         if is_text(campaign.loads, name):
             columns.append(values / 1e-9)  # another level is another setting
         elif len(np.unique(values)) <= MOST_LEVELS * len(values):  # else measured anew in each test

@@ -130,7 +130,10 @@ def find_structure(campaign: BinnedTests, found: SearchRound, signal: FloatArray
 
 
 def _adds(key: tuple[str, ...], excess: Mapping[tuple[str, ...], float]) -> bool:
-    """Return whether a block follows clearly more than curves along its loads, which a surface holds."""
+    """Return whether a block follows clearly more than curves along its loads, which a surface holds.
+
+    The whole is mostly noise here, so what it follows beyond is compared with what the curve follows.
+    """
     along = max((excess.get((n,), 0.0) for n in key), default=0.0)
     return len(key) == 1 or excess[key] > (1.0 + INTERACTION) * along
 
@@ -210,21 +213,23 @@ def _strongest(
         free = numbers - 1.0 - q.shape[1]
         return 1.0 - (1.0 - followed(q)) * (numbers - 1.0) / free if free > 0.0 else -np.inf
 
-    def needed(key: tuple[str, ...], block: _Block) -> bool:
-        if block.apart is None:
-            return True
-        one = max(adjusted(blocks[(n,)].columns) for n in key)
-        return adjusted(block.columns) >= max(one + INTERACTION, adjusted(block.apart) + PRODUCTS)
+    shares = {key: adjusted(block.columns) for key, block in blocks.items()}
 
-    compared = [key for key, block in blocks.items() if needed(key, block)]
-    best = max(compared, key=lambda key: followed(blocks[key].columns))
+    def needed(key: tuple[str, ...]) -> bool:
+        apart = blocks[key].apart
+        if apart is None:
+            return True
+        one = max(shares[(n,)] for n in key)
+        return shares[key] >= max(one + INTERACTION, adjusted(apart) + PRODUCTS)
+
+    best = max(filter(needed, blocks), key=lambda key: followed(blocks[key].columns))
     q = blocks[best].columns
     return best, q @ (q.T @ target)
 
 
 def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:
     """Return columns of a curve along metadata in the bins: its levels where there are few, else powers."""
-    values = campaign.average(campaign.system[name][:, 0])
+    values = campaign.metadata(name)
     levels = np.unique(values)
     if len(levels) <= MOST_LEVELS_APART or is_text(campaign.loads, name):
         return (values[:, None] == levels[None, 1:]).astype(float)
@@ -248,16 +253,11 @@ def _described(campaign: BinnedTests, key: tuple[str, ...], fit: FloatArray, sha
     for name in key:
         if name not in LOAD_NAMES and is_text(campaign.loads, name):
             continue  # levels have no range
-        values = campaign.average(
-            getattr(campaign.loads, name) if name in LOAD_NAMES else campaign.system[name][:, 0]
-        )
+        load = name in LOAD_NAMES
+        values = campaign.average(getattr(campaign.loads, name)) if load else campaign.metadata(name)
         low, high = np.quantile(values[strong], [0.1, 0.9])
         region[name] = [float(low), float(high)]
-    along = (
-        transformed(campaign, key[0])
-        if key[0] in LOAD_NAMES
-        else campaign.average(campaign.system[key[0]][:, 0])
-    )
+    along = transformed(campaign, key[0]) if key[0] in LOAD_NAMES else campaign.metadata(key[0])
     rising = float(np.corrcoef(along, fit)[0, 1]) if key[0] in region else 0.0
     shape = (
         "interaction"
