@@ -100,9 +100,9 @@ def fit_from_card(
         all_names = None if names is None else np.r_[names, np.full(POINTS, "card")]
         fitted = np.r_[target, law.predict(extra)]
         model._fit(both, fitted, all_names, **FitWeights(weights / weights.mean()).arguments)
-        model._record_fit(points, target, names, FitWeights(None))
         # What the model knows reaches as far as the card.
         model.domain_ = Domain.of(both).without(points.absent)
+        model._record_fit(points, target, names, FitWeights(None))
     else:
         model.fit(points, target, names)
     provenance = model.training_["data"]["provenance"]

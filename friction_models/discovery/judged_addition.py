@@ -16,7 +16,7 @@ from ..loads import FloatArray, TriboLoads
 from ..loads.splits import Mask
 from ..models.base import FrictionModel
 from ..models.measures import error_measures
-from .judge.unseen_tests import predicted_unseen
+from .judge.unseen_tests import near_measured, predicted_unseen
 from .resampling import before_and_after
 
 #: What is fitted, by the name of its errors in a round.
@@ -95,20 +95,20 @@ def unseen_predictions(
     mu: FloatArray,
     folds: Sequence[Mask],
     progress: Progress | None = None,
-) -> tuple[dict[str, FloatArray], Any]:
-    """Return what each model predicts of the tests that its fits did not see, shape (n,), and the last fit of ``after``.
+) -> dict[str, FloatArray]:
+    """Return what each model predicts of the tests that its fits did not see, shape (n,).
 
     Points that are in no fold are NaN. `progress` is told of every fit.
     """
     told = progress or (lambda done, total, what: None)
     predicted = {name: np.full(len(mu), np.nan) for name in models}
-    fitted: Any = None
     for k, unseen in enumerate(folds):
         for j, (name, model) in enumerate(models.items()):
             told(k * len(models) + j, len(folds) * len(models), FITTED.get(name, name))
-            found, predicted[name][unseen] = predicted_unseen(model, loads, mu, unseen)
-            fitted = found if name == "after" else fitted
-    return predicted, fitted
+            found = predicted_unseen(model, loads, mu, unseen)
+            # what was held out is predicted by the model that the user gets
+            predicted[name][unseen] = found if len(folds) == 1 else near_measured(mu[~unseen], found)
+    return predicted
 
 
 def judged_addition(

@@ -107,8 +107,8 @@ def refine(
     loads, mu = with_all_metadata(campaign.loads, metadata), campaign.mu
     read = with_all_metadata(campaign.as_read, metadata)
     held = _held_out(loads)
+    rows = np.ones(len(mu), dtype=bool) if held is None else ~held
     if not added:
-        rows = ~held if held is not None else np.ones(len(mu), dtype=bool)
         plain = clone(base).fit(read.take(rows), mu[rows], names_of(loads, rows))
         return plain.record_data(data.attrs).record_tests(data)
     check_factors(campaign, added, _fitted_tests(campaign, held))
@@ -117,9 +117,8 @@ def refine(
     fold = folds_of(campaign, seed)[campaign.point_test]
     folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
     models = models_to_judge(base, refined, added, loads)
-    predicted, fitted = unseen_predictions(models, loads, mu, folds, progress)
-    if held is None:
-        fitted = clone(refined).fit(loads, mu, names_of(loads, np.ones(len(mu), dtype=bool)))
+    predicted = unseen_predictions(models, loads, mu, folds, progress)
+    fitted = clone(refined).fit(loads.take(rows), mu[rows], names_of(loads, rows))
     by = (
         f"{len(np.unique(campaign.point_test[held]))} held-out tests"
         if held is not None
@@ -138,7 +137,7 @@ def refine(
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
     fitted.error_history_ = history
     # what was trained on is what was read, noise of the sensors included
-    fitted.domain_ = fitted.base_.domain_ = Domain.of(read if held is None else read.take(~held))
+    fitted.domain_ = fitted.base_.domain_ = Domain.of(read.take(rows))
     return fitted.record_data(data.attrs).record_tests(data)
 
 

@@ -17,6 +17,7 @@ from ..expressions.scaling import Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
 from ..models.base import FrictionModel, LoadsLike
+from ..models.domain import Domain
 from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from .network import Lesson, Masks, TrainingOptions, train_networks
 
@@ -238,6 +239,7 @@ def fit_together(
     for batch in batches.values():
         _train_together([models[k] for k in batch], [(*checked[k], weights[k].points) for k in batch])
     for model, own, weighed in zip(models, checked, weights):
+        model.domain_ = Domain.of(own[0])
         model._record_fit(*own, weighed)
 
 

@@ -302,6 +302,13 @@ class TriboLoads:
         bounds = [0, *edges.tolist(), len(self)]
         return [slice(a, b) for a, b in pairwise(bounds)]
 
+    @property
+    def run_starts(self) -> npt.NDArray[np.intp]:
+        """First point of each run of consecutive points of one test."""
+        if self.test_id is None or len(self) == 0:
+            return np.arange(min(len(self), 1))
+        return np.flatnonzero(np.r_[True, self.test_id[1:] != self.test_id[:-1]])
+
     def context_column(self, name: str) -> FloatArray | npt.NDArray[np.object_] | None:
         """Return the metadata `name` of each point's test, shape (n,), or None where it is not recorded.
 
@@ -316,7 +323,9 @@ class TriboLoads:
         """
         if self.context is None or self.test_id is None or name not in self.context.columns:
             return None
-        return self.context[name].reindex(self.test_id).to_numpy()
+        starts = self.run_starts  # the table is asked once for each run
+        values = self.context[name].reindex(self.test_id[starts]).to_numpy()
+        return np.repeat(values, np.diff(starts, append=len(self)))
 
     def tests_table(self) -> pd.DataFrame | None:
         """Return the metadata with their column `test_id`, as they were given; None without them."""

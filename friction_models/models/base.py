@@ -129,10 +129,21 @@ class FrictionModel(FrictionLaw, Drawn):
         >>> model.value
         0.5
         """
+        return self._record_fit(*self._learn(loads, mu, groups, sample_weight))
+
+    def _learn(
+        self,
+        loads: LoadsLike,
+        mu: npt.ArrayLike,
+        groups: npt.ArrayLike | None = None,
+        sample_weight: npt.ArrayLike | None = None,
+    ) -> tuple[TriboLoads, FloatArray, Groups, FitWeights]:
+        """Learn mu from loads, as `fit` does, without a record; return what was learned from."""
         points, target, tests = self._checked(loads, mu, groups)
         weights = self._weights(points, target, tests, sample_weight)
         self._fit(points, target, tests, **weights.arguments)
-        return self._record_fit(points, target, tests, weights)
+        self.domain_ = Domain.of(points)
+        return points, target, tests, weights
 
     def _checked(
         self, loads: LoadsLike, mu: npt.ArrayLike, groups: npt.ArrayLike | None
@@ -181,9 +192,8 @@ class FrictionModel(FrictionLaw, Drawn):
         return refit
 
     def _record_fit(self, points: TriboLoads, mu: FloatArray, tests: Groups, weights: FitWeights) -> Self:
-        """Record what the model was fitted to: facts, domain, training error. An earlier interval is dropped."""
+        """Record what the model was fitted to: facts, training error. An earlier interval is dropped."""
         self.training_ = self._training_facts(mu, tests)
-        self.domain_ = Domain.of(points)
         tied = not_told_apart(points.as_array()) if self.needed_loads else ()
         if tied:
             self.training_["data"]["not_told_apart"] = list(tied)

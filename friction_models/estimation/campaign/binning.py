@@ -35,6 +35,7 @@ BINS = 19  # a test, with many tests
 MOST_BINS = 120  # a test, with few tests
 ALL_BINS = 2100  # of a campaign, about
 FEW_TESTS = 6  # with fewer their scatter is so poorly known that "nothing is missing" is not said
+MOST_SAMPLES = 8  # of a bin, for the mean of a smooth formula
 FINENESS = 1.7  # exponent of the bin edges: the first bin covers about 0.7 % of the distance
 
 
@@ -85,6 +86,25 @@ class BinnedTests:
     def metadata(self, name: str) -> FloatArray:
         """Return a column of metadata in the bins, shape (m,)."""
         return self.average(self.system[name][:, 0])
+
+    @cached_property
+    def samples(self) -> npt.NDArray[np.intp]:
+        """Points that stand for their bins in the mean of a smooth formula: evenly spaced ones, at most `MOST_SAMPLES` a bin."""
+        size = np.minimum(self.count, MOST_SAMPLES).astype(np.intp)
+        within = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+        steps = np.repeat(self.count / size, size)
+        return np.asarray(np.repeat(self.starts, size) + ((within + 0.5) * steps).astype(np.intp))
+
+    @cached_property
+    def sampled(self) -> BinnedTests:
+        """The same bins, of their `samples` only; without what the points before these did."""
+        rows = self.samples
+        count = np.minimum(self.count, MOST_SAMPLES)
+        starts = (np.cumsum(count) - count).astype(np.intp)
+        return BinnedTests(
+            self.loads.take(rows), self.mu[rows], self.tests, starts[self.first_bins], starts, count, self.test, self.slot,
+            self.distance[rows], {name: column[rows] for name, column in self.system.items()}, grouped=self.grouped,
+        )  # fmt: skip
 
     @cached_property
     def place(self) -> npt.NDArray[np.intp]:

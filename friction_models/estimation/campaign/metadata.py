@@ -112,7 +112,10 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
     columns: dict[str, FloatArray] = {}
     if loads.context is None or loads.test_id is None:
         return columns
-    filled = with_all_metadata(loads, [c for c in loads.context.columns if str(c) not in NOT_METADATA])
+    starts = loads.run_starts
+    lengths = np.diff(starts, append=len(loads))
+    names = [c for c in loads.context.columns if str(c) not in NOT_METADATA]
+    filled = with_all_metadata(loads.take(starts), names)
     for name in map(str, loads.context.columns):
         if name in EVALUATED:
             continue
@@ -124,7 +127,7 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
             numbers = pd.Categorical(pd.Series(values).astype(str)).codes.astype(float)
         if np.abs(numbers).max(initial=0.0) > LARGEST:
             continue
-        columns[name] = numbers[:, None]
+        columns[name] = np.repeat(numbers, lengths)[:, None]
     return columns
 
 

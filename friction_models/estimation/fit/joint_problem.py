@@ -22,7 +22,7 @@ from ..campaign.binning import BinnedTests
 from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw
-from ..search.candidates import evaluate, evaluate_points, spans_of
+from ..search.candidates import bin_means, contribution, evaluate, spans_of
 from ..search.scan import Projector, best_fit, prepare_candidate
 from ..search.search_round import flexible_mean
 from .pooling import by_test, shrinkage
@@ -123,17 +123,10 @@ class JointProblem:
             error[start:end] += (matrix[start:end] / scale) @ (along @ left)
         return float(self.campaign.count @ error**2 / self.campaign.count.sum())
 
-    def columns(self, shapes: Sequence[Mapping[str, float]], points: bool = False) -> list[FloatArray]:
-        """Return the basis of every effect, [m, amplitudes] in the bins or [n, amplitudes] on the points."""
-        out = []
-        for effect, shape in zip(self.effects, shapes, strict=True):
-            n = len(self.mu)
-            basis = [
-                np.broadcast_to(c, (n, 1)) for c in evaluate_points(effect, self.campaign, self.mu, shape)
-            ]
-            block = np.column_stack(basis)
-            out.append(block if points else self.campaign.average(block))
-        return out
+    def columns(self, shapes: Sequence[Mapping[str, float]]) -> list[FloatArray]:
+        """Return the basis of every effect in the bins, shape (m, amplitudes) each."""
+        effects = zip(self.effects, shapes, strict=True)
+        return [bin_means(effect, self.campaign, self.mu, shape)[:, 0] for effect, shape in effects]
 
     def solve(
         self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None
@@ -226,8 +219,8 @@ class JointProblem:
 
     def contribution(self, amplitudes: Sequence[FloatArray]) -> FloatArray:
         """Return the sum of all effects on the points, shape (n,)."""
-        blocks = self.columns(self.shapes, points=True)
-        return np.sum([b @ a for b, a in zip(blocks, amplitudes, strict=True)], axis=0)
+        parts = zip(self.effects, self.shapes, amplitudes, strict=True)
+        return np.sum([contribution(e, self.campaign, self.mu, s, a) for e, s, a in parts], axis=0)
 
     def update_own_mu(self) -> None:
         """Give effects that depend on the friction coefficient the one of the present fit."""

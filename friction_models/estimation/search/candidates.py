@@ -116,14 +116,7 @@ def evaluate(
     shapes = {n: g.ravel() for n, g in zip(names, mesh, strict=True)}
     rows = {n: g[None, :] for n, g in shapes.items()}
     sets = mesh[0].size if names else 1
-    columns = evaluate_points(effect, campaign, mu, rows)
-    try:
-        full = [np.ascontiguousarray(np.broadcast_to(c, (len(mu), sets))) for c in columns]
-    except ValueError:
-        raise InputError(
-            f"effect {effect.name!r}: basis gives shapes {[c.shape for c in columns]}; allowed: ({len(mu)}, {sets}) each"
-        ) from None
-    return Candidate(effect, shapes, np.stack([campaign.average(c) for c in full], axis=2))
+    return Candidate(effect, shapes, bin_means(effect, campaign, mu, rows, sets))
 
 
 def evaluate_all(
@@ -146,6 +139,29 @@ def _scan_values(effect: Effect, spans: Mapping[str, tuple[float, ...]]) -> dict
         raise InputError(
             f"effect {effect.name!r}: grids fails ({type(error).__name__}: {str(error)[:200]})"
         ) from error
+
+
+def bin_means(
+    effect: Effect,
+    campaign: BinnedTests,
+    mu: FloatArray,
+    shape: Mapping[str, FloatArray | float],
+    sets: int = 1,
+) -> FloatArray:
+    """Return the bin means of the basis of an effect at `sets` sets of shape parameters, shape (m, sets, amplitudes).
+
+    Where a formula has no memory, a few points of each bin tell its mean.
+    """
+    if not effect.states:
+        mu, campaign = mu[campaign.samples], campaign.sampled
+    columns = evaluate_points(effect, campaign, mu, shape)
+    try:
+        full = [np.ascontiguousarray(np.broadcast_to(c, (len(mu), sets))) for c in columns]
+    except ValueError:
+        raise InputError(
+            f"effect {effect.name!r}: basis gives shapes {[c.shape for c in columns]}; allowed: ({len(mu)}, {sets}) each"
+        ) from None
+    return np.stack([campaign.average(c) for c in full], axis=2)
 
 
 def evaluate_points(
