@@ -14,10 +14,9 @@ from friction_models import LinearFriction
 from friction_models.loads import DataSet
 from orchestrator.cli.common import interrupts
 from tests.orchestrator.cli.test_command_line import points
-from tests.orchestrator.processes import COMMAND, interrupted, needs_proc
+from tests.orchestrator.processes import COMMAND, interrupted
 from tests.orchestrator.tiny_fmus import slow_process
 
-pytestmark = needs_proc
 #: Holds a module that interrupts the process which imports it, in the middle of its start.
 AT_START = Path(__file__).with_name("interrupted_start")
 
