@@ -24,7 +24,7 @@ from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
 from .answer.not_first import why_not_first
-from .answer.reservations import about_the_noise, blind_to, could_hide, reservations, stands_out
+from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
@@ -132,7 +132,8 @@ def assemble(
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
     usual_mu = float(np.mean(np.abs(campaign.mu)))
     warnings += could_hide(hidden, usual_mu)
-    may_hide = stands_out(found, judged.confirmed) is not None or bool(blind_to(hidden, usual_mu))
+    may_hide = stands_out(found, judged.confirmed) is not None
+    may_hide = may_hide or any(most >= usual_mu for _, most in hidden.values())
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     warnings += [*about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)

@@ -27,11 +27,6 @@ def stands_out(found: SearchRound, confirmed: Confirmation) -> Fit | None:
     return winner if found.p_value(winner) < LEVEL else None
 
 
-def blind_to(hidden: dict[str, float], mu: float) -> list[str]:
-    """Return the loads of which an effect would not show, though it changed mu by more than mu; `hidden` as of `unseen_sizes`."""
-    return sorted(name for name in hidden if hidden[name] >= mu)
-
-
 def reservations(
     campaign: BinnedTests, found: SearchRound, confirmed: Confirmation, knows_noise: bool, unsure: bool
 ) -> list[str]:
@@ -71,20 +66,25 @@ def reservations(
     return said
 
 
-def could_hide(hidden: dict[str, float], mu: float) -> list[str]:
-    """Return a warning where effects that matter would not have been seen, with their sizes and loads."""
-    if max(hidden.values(), default=0.0) < MATTERS * mu:
+def could_hide(hidden: dict[str, tuple[float, float]], mu: float) -> list[str]:
+    """Return a warning where effects that matter would not have been seen, with their sizes and loads; `hidden` as of `unseen_sizes`."""
+    if max((most for _, most in hidden.values()), default=0.0) < MATTERS * mu:
         return []
-    blind = blind_to(hidden, mu)
-    seen = sorted((n for n in hidden if n not in blind), key=hidden.__getitem__, reverse=True)
     said = []
-    if seen:
-        sizes = ", ".join(f"{hidden[name]:.2g} with {name}" for name in seen)
+    largest_first = sorted(hidden, key=lambda name: hidden[name][1], reverse=True)
+    if seen := [name for name in largest_first if hidden[name][1] < mu]:
+        sizes = ", ".join(f"{hidden[name][1]:.2g} with {name}" for name in seen)
         said.append(
             f"smaller effects may be there: tests like these show an effect in most cases only if mu ({mu:.2g} on average) changes "
             f"over them by {sizes}, or more"
         )
-    if blind:
+    if partly := sorted(name for name in hidden if hidden[name][0] < mu <= hidden[name][1]):
+        sizes = ", ".join(f"{hidden[name][0]:.2g} with {name}" for name in partly)
+        said.append(
+            f"an effect of {' or '.join(partly)} shows in tests like these only if its form is easy to see (then from changes of mu by "
+            f"{sizes} on): else it would have to change mu by more than mu itself ({mu:.2g} on average)"
+        )
+    if blind := sorted(name for name in hidden if mu <= hidden[name][0]):
         said.append(
             f"an effect of {' or '.join(blind)} would not show in tests like these: it would have to change mu by more than mu itself "
             f"({mu:.2g} on average)"
