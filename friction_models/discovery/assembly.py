@@ -22,7 +22,7 @@ from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
-from .answer.fit_warnings import about_the_fit
+from .answer.fit_warnings import about_the_fit, jumps_in_order
 from .answer.not_first import why_not_first
 from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
@@ -158,6 +158,7 @@ def assemble(
             close,
             unread,
             may_hide,
+            jumps_in_order(campaign, fitted).get(names[0]) if names else None,
         ),
         effects=names,
         confidence=sure,

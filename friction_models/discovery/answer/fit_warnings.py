@@ -11,6 +11,7 @@ from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
 from ...loads.contract import behind
+from .wording import JUMP
 
 #: A fault of the data that makes more than this share of the measured mu of a test is worth a look at the rig.
 LARGE_FAULT = 0.1
@@ -63,13 +64,17 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    known = at_bounds + at_limits + tied + opposed + faults + unsized
-    return known + _jumps(campaign, fitted) + _between(campaign, fitted)
+    jumps = [
+        f"{JUMP} {place}, and do not drift, as {name} says: look what was changed there (lubricant, tool, batch), and record it as a "
+        "column of the test table"
+        for name, place in jumps_in_order(campaign, fitted).items()
+    ]
+    return at_bounds + at_limits + tied + opposed + faults + unsized + jumps + _between(campaign, fitted)
 
 
-def _jumps(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
-    """Return a warning where the levels of the tests jump at one place in their order, which a drift only follows."""
-    found = []
+def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]:
+    """Return by how much and where the levels of the tests jump in their order, for each effect that only follows such a jump."""
+    found = {}
     for term in fitted.terms:
         if term.effect.driver != ("order",) or len(campaign.tests) < 4 * SIDE:
             continue
@@ -83,10 +88,8 @@ def _jumps(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         k = places[int(np.argmin(step))]
         if n * np.log(drift / max(min(step), 1e-300)) > np.log(n) + STRONG:  # its place is one more number
             before, after = (campaign.tests[sequence[j]] for j in (k - 1, k))
-            found.append(
-                f"{term.name}: the levels of the tests jump by {level[k:].mean() - level[:k].mean():+.2g} between {before} and {after}, and do not "
-                "drift: look what was changed there (lubricant, tool, batch), and record it as a column of the test table"
-            )
+            size = float(level[k:].mean() - level[:k].mean())
+            found[term.name] = f"by {size:+.2g} between {before} and {after}"
     return found
 
 

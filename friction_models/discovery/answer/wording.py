@@ -17,6 +17,8 @@ from .repeated_settings import settings_text
 #: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
 NOTHING = "nothing is missing"
 NOTHING_SEEN = "nothing can be seen to be missing"
+#: What a sentence about tests begins with that do not drift, but jump.
+JUMP = "the levels of the tests jump"
 #: Numbers of mu below this are printed by their significant digits.
 SMALL_MU = 1e-4
 
@@ -155,12 +157,14 @@ def sentence(
     close: float | None = None,
     unread: bool = False,
     hidden: bool = False,
+    jump: str | None = None,
 ) -> str:
     """Return the verdict as a user reads it.
 
     `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests,
     `close` the error on unseen tests as a share of mu where it is below what can be measured. An offset of the force is named
     beside other effects and is `unread` without load. Something may be `hidden` where an effect stands out or would not show.
+    `jump` says where the tests jump in their order.
     """
     model = f"the {base.name} model"
     sure = f"(confidence {confidence_text(confidence)}"
@@ -197,6 +201,11 @@ def sentence(
         return (
             f"{100 * campaign.spikes:.0f} % of the points lie far off their neighbours: the records have to be repaired "
             f"before {model} can be judged {sure}."
+        )
+    if verdict == "data_problem" and jump:
+        return (
+            f"{JUMP} {jump} in the order of the campaign, which {labels} only follows: something was changed there that the test table "
+            f"does not record {sure}, p = {p:.3f}."
         )
     if verdict == "data_problem":
         return (

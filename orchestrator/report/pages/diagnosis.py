@@ -14,7 +14,7 @@ from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
 from friction_models.discovery.answer.findings import ParameterValue
-from friction_models.discovery.answer.wording import NOTHING, NOTHING_SEEN
+from friction_models.discovery.answer.wording import JUMP, NOTHING, NOTHING_SEEN
 from friction_models.discovery.judged_addition import Addition
 from friction_models.discovery.refinement import round_notes
 from friction_models.effects import make_effect
@@ -111,9 +111,15 @@ def _headline(found: Diagnosis) -> str:
         else f"effects are missing, {names} fit best",
         "unknown_structure": "something is missing that the catalogue does not know",
         "nothing_missing": NOTHING if _sure(found) else NOTHING_SEEN,
-        "data_problem": f"the data are at fault ({names})" if names else "the data are at fault",
+        "data_problem": _data_problem(found, names),
         "out_of_domain": "the data lie outside what it was trained on",
     }[found.verdict]
+
+
+def _data_problem(found: Diagnosis, names: str) -> str:
+    if found.sentence.startswith(JUMP):
+        return "something was changed between two tests that is not recorded"
+    return f"the data are at fault ({names})" if names else "the data are at fault"
 
 
 def _sure(found: Diagnosis) -> bool:
