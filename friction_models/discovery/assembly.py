@@ -128,7 +128,7 @@ def assemble(
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += uncertain_drivers(whole[0], fitted.terms)
-    unsure = sure <= EITHER and factor is None
+    unsure = sure <= EITHER < most and factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
     usual_mu = float(np.mean(np.abs(campaign.mu)))
     warnings += could_hide(hidden, usual_mu)

@@ -9,6 +9,8 @@ from ...estimation.search.scan import Fit
 
 #: Effects above the named one that are tried in its place: each takes a refit.
 MOST = 3
+#: An error below this share of another is better, not just no worse.
+BETTER = 0.95
 
 
 def listed(names: Sequence[str]) -> str:
@@ -60,7 +62,8 @@ def why_not_first(
     if as_good:
         rivals = [name for name in as_good if name in alike]
         apart = f" ({listed(rivals)}: not told apart)" if rivals else ""
-        said.append(f"but {listed(list(as_good))} in its place would be no worse{apart}: {_from(as_good)}")
+        how = "better" if max(as_good.values()) < BETTER * own else "no worse"
+        said.append(f"but {listed(list(as_good))} in its place would be {how}{apart}: {_from(as_good)}")
     return ", ".join(said) + "."
 
 
