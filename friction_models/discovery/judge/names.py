@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -39,6 +40,8 @@ LEADS = 3
 RIVALS = 4
 #: Standard errors by which unseen tests alone show an effect that the scan does not, where nothing that it shows helps.
 ALONE = 3.0
+#: Two effects along the distance leave less than this share of what can be predicted.
+HARDLY_LEFT = 0.07
 #: Share of the squared error by which unseen tests must fall where what is added is not certain by them alone.
 CONFIRMED_SHARE = 0.15
 
@@ -105,6 +108,24 @@ class Names:
             return []
         needed = self.needed(fits) if self.explain(fits) else []
         return needed if len(needed) > 1 and self.explain(needed) else []
+
+    def along_the_distance(self) -> list[Fit]:
+        """Return two effects along the distance that leave next to nothing, each of them missed for certain, if there are some.
+
+        Friction falls while surfaces run in and rises when they wear, in the same tests: each alone bends otherwise than what is
+        there, and free curves along the distance would hide one beside the other. Along a load, two such laws would be a window.
+        """
+        plain = [
+            f
+            for f in self.found.ranking[: RIVALS + 1]
+            if f.effect.driver == ("sd",) and not f.effect.needs_state
+        ]
+        pairs = map(list, combinations(plain, 2))
+        pair = min(pairs, key=lambda fits: self.straight.errors(fits).rms, default=[])
+        if not pair or self.beside.shares(pair).left > HARDLY_LEFT:
+            return []
+        after = self.unseen.errors(effects_of(pair))
+        return pair if all(self._missed([fit], after) >= SURE_ALONG for fit in pair) else []
 
     def _sum(self, lead: Fit) -> list[Fit]:
         """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""

@@ -26,8 +26,6 @@ from .verdict import BENT_MEMORY
 NOT_THE_ANSWER = 0.4
 #: More than this share of what is left lies along the load of the only name: its form is another one.
 ALONG_ITS_LOAD = 0.6
-#: Less than this share is left: the name is right, however its form bends.
-HARDLY_LEFT = 0.07
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
 ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
@@ -122,8 +120,6 @@ class UnseenTestsJudge:
             elif kept and (several := self.names.several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = named, several
-            elif kept and left.left < HARDLY_LEFT:
-                verdict, chosen = named, kept
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
             return "explained", [seen]
         return verdict, chosen
@@ -144,7 +140,9 @@ class UnseenTestsJudge:
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
-        if verdict == "unknown_structure" and (together := self.names.together()):
+        if verdict == "unknown_structure" and (
+            together := self.names.together() or self.names.along_the_distance()
+        ):
             kept, shares = together, self.beside.shares(together)
             verdict = self._verdict(named, kept, shares)
         return verdict, kept, shares
