@@ -42,4 +42,4 @@ def test_a_steep_end_belongs_to_its_law() -> None:
     assert found.effects == ["thermal_softening"] and found.verdict == "explained", found.sentence
     # the fall of the error is that of refine
     error = refine(data, add=found.effects).error_history_[0]
-    assert error["after"]["rmse"] < 0.7 * error["before"]["rmse"]
+    assert error["after"]["rmse"] < 0.9 * error["before"]["rmse"]
