@@ -16,7 +16,7 @@ from ..loads import FloatArray, TriboLoads
 from ..loads.splits import Mask
 from ..models.base import FrictionModel
 from ..models.measures import error_measures
-from .judge.unseen_tests import near_measured, predicted_unseen
+from .judge.unseen_tests import near_measured, predicted_measurements, predicted_unseen
 from .resampling import before_and_after
 
 #: What is fitted, by the name of its errors in a round.
@@ -94,20 +94,25 @@ def unseen_predictions(
     loads: TriboLoads,
     mu: FloatArray,
     folds: Sequence[Mask],
+    final: FrictionModel,
     progress: Progress | None = None,
 ) -> dict[str, FloatArray]:
     """Return what each model predicts of the tests that its fits did not see, shape (n,).
 
-    Points that are in no fold are NaN. `progress` is told of every fit.
+    A single fold is held out: there ``after`` is `final`, the model that the user gets, and no prediction is limited. Points that
+    are in no fold are NaN. `progress` is told of every fit.
     """
+    held_out = len(folds) == 1
     told = progress or (lambda done, total, what: None)
     predicted = {name: np.full(len(mu), np.nan) for name in models}
     for k, unseen in enumerate(folds):
         for j, (name, model) in enumerate(models.items()):
             told(k * len(models) + j, len(folds) * len(models), FITTED.get(name, name))
-            found = predicted_unseen(model, loads, mu, unseen)
-            # what was held out is predicted by the model that the user gets
-            predicted[name][unseen] = found if len(folds) == 1 else near_measured(mu[~unseen], found)
+            if held_out and name == "after":
+                found = predicted_measurements(final, loads.take(unseen))
+            else:
+                found = predicted_unseen(model, loads, mu, unseen)
+            predicted[name][unseen] = found if held_out else near_measured(mu[~unseen], found)
     return predicted
 
 

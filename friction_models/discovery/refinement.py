@@ -117,8 +117,8 @@ def refine(
     fold = folds_of(campaign, seed)[campaign.point_test]
     folds = [held] if held is not None else [fold == k for k in range(fold.max() + 1) if fold.max()]
     models = models_to_judge(base, refined, added, loads)
-    predicted = unseen_predictions(models, loads, mu, folds, progress)
     fitted = clone(refined).fit(loads.take(rows), mu[rows], names_of(loads, rows))
+    predicted = unseen_predictions(models, loads, mu, folds, fitted, progress)
     by = (
         f"{len(np.unique(campaign.point_test[held]))} held-out tests"
         if held is not None

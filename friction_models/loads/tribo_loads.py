@@ -296,10 +296,10 @@ class TriboLoads:
         """
         if self.test_id is None or len(self) == 0:
             return [slice(0, len(self))]
-        edges = np.flatnonzero(self.test_id[1:] != self.test_id[:-1]) + 1
-        if len(np.unique(self.test_id[np.r_[0, edges]])) <= len(edges):
+        starts = self.run_starts
+        if len(np.unique(self.test_id[starts])) < len(starts):
             raise ValueError("points of a test do not stand together; take in_order() first")
-        bounds = [0, *edges.tolist(), len(self)]
+        bounds = [*starts.tolist(), len(self)]
         return [slice(a, b) for a, b in pairwise(bounds)]
 
     @property

@@ -63,15 +63,19 @@ def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:
 
 
 def predicted_unseen(model: FrictionModel, loads: TriboLoads, mu: FloatArray, unseen: Mask) -> FloatArray:
-    """Fit a copy of a model to the other points; return what it predicts of the measured mu at the unseen ones.
-
-    Faults of the data that the model knows are in the measurements, so they are added to its prediction here.
-    """
+    """Fit a copy of a model to the other points; return what it predicts of the measured mu at the unseen ones."""
     seen = ~unseen
     fitted = clone(model)
     fitted._learn(loads.take(seen), mu[seen], names_of(loads, seen))
-    held = loads.take(unseen)
-    return fitted.predict(held) + _faults_share(fitted, held)
+    return predicted_measurements(fitted, loads.take(unseen))
+
+
+def predicted_measurements(fitted: FrictionModel, loads: TriboLoads) -> FloatArray:
+    """Return what a fitted model predicts of measured mu, shape (n,).
+
+    Faults of the data that the model knows are in the measurements, so they are added to its prediction here.
+    """
+    return fitted.predict(loads) + _faults_share(fitted, loads)
 
 
 def near_measured(measured: FloatArray, predicted: FloatArray) -> FloatArray:

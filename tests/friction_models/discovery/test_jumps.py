@@ -14,7 +14,7 @@ from orchestrator.report.pages.diagnosis import diagnosis_page
 
 
 def campaign(seed: int, course: str) -> Diagnosis:
-    """Diagnose 30 averages of which the level changes in their order: by 0.02 at the 16th, or as much steadily."""
+    """Diagnose 30 averages of which the level changes in their order: by 0.02 at the 16th, or by 0.04 steadily."""
     rng = np.random.default_rng(seed)
     u = qmc.LatinHypercube(3, seed=rng).random(30)
     order = np.arange(30)
