@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from friction_models.estimation.noise.reference_curves import Curves
-from friction_models.estimation.noise.reference_variances import VariancesOfCurves
+from friction_models.estimation.noise.reference_variances import NOTHING, VariancesOfCurves
 
 SCALE = 1.3
 POINTS = [
@@ -29,9 +29,22 @@ def problem() -> tuple[VariancesOfCurves, np.ndarray, np.ndarray, np.ndarray, li
 @pytest.mark.parametrize("theta", POINTS)
 def test_slopes_are_those_of_the_values(theta: np.ndarray) -> None:
     variances = problem()[0]
-    value, slope = variances._unlikelihood_and_slope(theta)
-    assert value == variances._unlikelihood(theta)
-    assert slope == pytest.approx(approx_fprime(theta, variances._unlikelihood, 1e-6), rel=1e-4, abs=1e-3)
+    slope = variances._unlikelihood_and_slope(theta)[1]
+    differences = approx_fprime(theta, lambda t: variances._unlikelihood_and_slope(t)[0], 1e-6)
+    assert slope == pytest.approx(differences, rel=1e-4, abs=1e-3)
+
+
+@pytest.mark.parametrize("quantity", [0, 1])
+def test_a_quantity_is_worth_what_the_likelihood_loses_without_it(quantity: int) -> None:
+    variances, theta = problem()[0], POINTS[0]
+    at = variances._at(theta)
+    assert at is not None
+    without = theta.copy()
+    without[quantity] = NOTHING
+    worth = variances._worth(at, np.linalg.inv(at.root), [quantity, 2])
+    loss = variances._unlikelihood_and_slope(without)[0] - at.value
+    assert abs(loss) > 1.0
+    assert worth == pytest.approx(loss, abs=1e-6)
 
 
 def test_values_are_those_of_the_normal_distribution() -> None:
@@ -46,5 +59,5 @@ def test_values_are_those_of_the_normal_distribution() -> None:
         cov += sum(s * c.columns @ c.columns.T for s, c in zip(sizes, curves, strict=True))
         return float(np.linalg.slogdet(cov)[1] + y @ np.linalg.solve(cov, y))
 
-    ours = [variances._unlikelihood(theta) for theta in POINTS[:2]]
+    ours = [variances._unlikelihood_and_slope(theta)[0] for theta in POINTS[:2]]
     assert ours[0] - ours[1] == pytest.approx(dense(POINTS[0]) - dense(POINTS[1]), abs=1e-2)

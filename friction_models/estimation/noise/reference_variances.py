@@ -108,20 +108,26 @@ class VariancesOfCurves:
         own = {k: [j for j, c in enumerate(self.curves) if k in c.of] for k in among}
         given = ((theta - self._mean) / self._spread) ** 2
         found: list[int] = []
-        while own:
-            likely, tried = self._unlikelihood(theta), {}
-            for k, places in own.items():
-                without = theta.copy()
-                without[k] = NOTHING
-                worth = self._unlikelihood(without) - likely - float(np.sum(given[places]))
-                tried[k] = worth, without
-            least = min(tried, key=lambda k: tried[k][0])
-            if tried[least][0] >= STRONG:
+        while own and (at := self._at(theta)):
+            inverse_root = dtrtri(at.root, lower=1)[0]
+            worth = {k: self._worth(at, inverse_root, of) - float(np.sum(given[of])) for k, of in own.items()}
+            least = min(worth, key=lambda k: worth[k])
+            if worth[least] >= STRONG:
                 break
-            theta = tried[least][1]
+            theta = theta.copy()
+            theta[least] = NOTHING
             found.append(least)
             del own[least]
         return found
+
+    def _worth(self, at: _Solved, inverse_root: FloatArray, curves: Sequence[int]) -> float:
+        """Return by how much minus twice the restricted log-likelihood rises without some curves."""
+        of = np.repeat(np.arange(len(self.curves)), self._widths)
+        own = self._free + np.flatnonzero(np.isin(of, curves))
+        units = np.sqrt(at.precision[own])  # of the prior
+        root, b = inverse_root[:, own] * units, at.b[own] * units
+        covariance = root.T @ root
+        return float(np.linalg.slogdet(covariance)[1] + b @ np.linalg.solve(covariance, b))
 
     def _at(self, theta: FloatArray) -> _Solved | None:
         """Return the coefficients for given variances, and how likely these are; None where rounding leaves no solution."""
@@ -140,11 +146,6 @@ class VariancesOfCurves:
         value = self._count * np.log(noise) + np.sum(np.log1p(offset * size / noise)) + fit
         value += 2.0 * np.sum(np.log(np.diag(root))) - np.sum(np.log(precision))
         return _Solved(precision, offset, noise, k, root, b, float(value))
-
-    def _unlikelihood(self, theta: FloatArray) -> float:
-        """Return minus twice the restricted log-likelihood."""
-        at = self._at(theta)
-        return UNSOLVED if at is None else at.value
 
     def _unlikelihood_and_slope(self, theta: FloatArray) -> tuple[float, FloatArray]:
         """Return minus twice the restricted log-likelihood, and its gradient."""
