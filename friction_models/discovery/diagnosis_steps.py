@@ -32,8 +32,10 @@ from ..models.tangent import polynomial_columns
 from .answer.diagnosis import Diagnosis
 from .assembly import Judged, assemble
 from .effect_search import EffectSearch
+from .formulas.beside_names import beside_names
+from .formulas.missing import Missing
 from .formulas.offers import FormulaOffer
-from .formulas.search import Missing, offers
+from .formulas.search import offers
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
 from .judge.unseen_tests import UnseenTests, refitted
@@ -109,6 +111,8 @@ def diagnose(
     notes += said
     whole = (measured, base_law(base.model, measured, seed)) if refitted(base) else (campaign, base)
     judged = _judge(campaign, base, candidates, seed, floor, whole, stages)
+    if not base.fixed and judged.verdict in NAMED and (missing := _missing(campaign, judged, seed)):
+        judged.confirmed = beside_names(judged.confirmed, *missing)
     if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign.loads, 1))
@@ -183,20 +187,26 @@ def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
 
 def _formulas_for(verdict: str, campaign: BinnedTests, judged: Judged, seed: int) -> list[FormulaOffer]:
     """Return the empirical terms that are offered beside what is named; none for other verdicts or with too few tests."""
-    shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
-    unexplained = verdict in UNEXPLAINED or judged.confirmed.leaves_much
-    if not unexplained or shares is None or unseen is None:
+    if verdict not in UNEXPLAINED and not judged.confirmed.leaves_much:
         return []
-    before = unseen.errors([f.effect for f in judged.chosen]).total
+    missing = _missing(campaign, judged, seed)
+    return offers(missing[0]) if missing else []
+
+
+def _missing(campaign: BinnedTests, judged: Judged, seed: int) -> tuple[Missing, UnseenTests] | None:
+    """Return what is missing beside what is named, and unseen tests that show it; None where no tests could be left out."""
+    shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
+    if shares is None or unseen is None:
+        return None
     missing = Missing(
         campaign=campaign,
         columns=np.column_stack([found.columns, *(f.columns for f in judged.chosen)]),
         y=found.y,
         whiten=found.whiten,
         fold_of_test=unseen.fold_of_test,
-        before=before,
+        before=unseen.errors([f.effect for f in judged.chosen]).total,
         best=shares.best,
         seed=seed,
         sloping=found.columns.shape[1] == 1,
     )
-    return offers(missing)
+    return missing, unseen

@@ -41,8 +41,8 @@ def budget_numbers(
         if confirmed.verdict == "nothing_missing":  # what the reference does better is within chance
             left, missing = left + missing, 0.0
         floor["interval"] = [float(np.sqrt(part * edge)) for edge in shares.interval]
-        floor["source"] = "reference" if shares.by_reference else "model"
-        if confirmed.of_another_form and not shares.by_reference:
+        floor["source"] = shares.source
+        if confirmed.of_another_form and shares.source == "model":
             floor["hardly_better"] = True
     if confirmed.repeats is not None:
         floor["repeats"] = confirmed.repeats.to_dict()

@@ -118,6 +118,7 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
         )
     said = {
         "reference": "what flexible curves over loads and metadata do not predict of unseen tests",
+        "terms": "what no empirical term beside what would be named predicts of unseen tests",
         "model": model,
         "unknown": "cannot be known from so few tests",
     }.get(floor.get("source", ""), "")

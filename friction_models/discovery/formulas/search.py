@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import stdtrit
 
 from ...effects import empirical_effect
 from ...effects.empirical.effect import numbered
-from ...estimation.campaign.binning import BinnedTests
-from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
 from ..judge.error_budget import lead
 from .bins import Bins
 from .fit import fit
-from .grammar import terms
+from .missing import LEAST_TESTS, Missing
 from .offers import FormulaOffer
 from .pictures import term_curves
 from .scan import Column
 from .selection import CERTAIN, Ranked, Selection, select
 
-#: Fewest tests from which terms are chosen.
-LEAST_TESTS = 8
 #: Most terms, or sums of terms, that are offered.
 MOST = 3
 #: An offer removes this share of what is missing at least.
@@ -33,36 +28,18 @@ LEAST_SHARE = 0.2
 COMPARABLE, LEAST_STABLE = 0.7, 0.15
 
 
-@dataclass
-class Missing:
-    """What is missing, as unseen tests show it."""
-
-    campaign: BinnedTests  #: As it was searched.
-    columns: FloatArray  #: The model and what is named, in the bins, shape (m, p).
-    y: FloatArray  #: Bin means of mu without the fixed part of the model, shape (m,).
-    whiten: Whitener
-    fold_of_test: npt.NDArray[np.intp]  #: Shape (tests,).
-    #: Mean squared error of each unseen test of the model with what is named, shape (tests,).
-    before: FloatArray
-    best: float  #: Mean squared error of the best prediction that is known.
-    seed: int = 0
-    sloping: bool = False  #: Whether the model has no slopes, so that terms keep theirs.
-
-
 def offers(missing: Missing) -> list[FormulaOffer]:
     """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first."""
     if len(missing.before) < LEAST_TESTS:
         return []
-    campaign = missing.campaign
-    bins = Bins(campaign, missing.columns, missing.y)
-    tried = terms(tuple(campaign.varied), missing.sloping, bins.logarithms)
+    bins, tried = missing.grammar()
     found = select(bins, missing.whiten, missing.fold_of_test, tried, missing.seed)
     if not found.all.chosen:
         return []
     # what was chosen from many looks too good on the tests it was chosen on: this is by how much
-    flattered = found.squares - found.all.errors[-1].total
-    missing = replace(missing, best=min(missing.best, float(np.mean(found.squares))))
-    made = [_offer(missing, bins, found.all.chosen, found.squares, min(found.stability))]
+    flattered = found.errors.total - found.all.errors[-1].total
+    missing = replace(missing, best=min(missing.best, float(np.mean(found.errors.total))))
+    made = [_offer(missing, bins, found.all.chosen, found.errors.total, min(found.stability))]
     if len(found.all.chosen) > 1:
         first = found.all.errors[1].total + flattered
         made.append(_offer(missing, bins, found.all.chosen[:1], first, found.stability[0]))

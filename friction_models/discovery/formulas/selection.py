@@ -83,8 +83,8 @@ class Selection:
     all: Group  #: With all tests.
     rounds: list[list[Ranked]]  #: Terms of each round that were tried, the smallest error first.
     stability: list[float]  #: Of each chosen term.
-    #: Mean squared error of each test by terms that were chosen and fitted without the tests of its fold, shape (tests,).
-    squares: FloatArray
+    residual: FloatArray  #: What terms that were chosen and fitted without the tests of a fold leave of mu in its bins, shape (m,).
+    errors: ErrorsByTest  #: Of each test by these.
 
 
 def select(
@@ -131,7 +131,7 @@ def select(
     for k, g in zip(folds, groups[1:], strict=True):
         held = fold[bins.campaign.test] == k
         residual[held] = _left(bins, whiten, g)[held]
-    return Selection(groups[0], rounds, stability, errors_of_tests(bins.campaign, residual).total)
+    return Selection(groups[0], rounds, stability, residual, errors_of_tests(bins.campaign, residual))
 
 
 def _add(group: Group, found: Sequence[tuple[Column, ErrorsByTest]]) -> bool:

@@ -14,6 +14,8 @@ from .error_budget import ErrorShares
 NAMED = ("explained", "partly_explained", "ambiguous", "data_problem")
 #: Less than this share of what can be predicted is left: the names explain it.
 EXPLAINED = 0.15
+#: More than this share is left: what is named is not the answer.
+NOT_THE_ANSWER = 0.4
 #: From so many standard errors on the reference predicts better than what is named, however little: its form is another one.
 ANOTHER_FORM = 2.5
 
@@ -46,14 +48,17 @@ class Confirmation:
     @property
     def by_repeats(self) -> bool:
         """Whether settings differ by more than their repeats, and nothing predicts how: a law of the loads, or of the day."""
-        return self.lacks_fit and self.shares is not None and not self.shares.by_reference
+        return self.lacks_fit and self.shares is not None and self.shares.source == "model"
 
     @property
     def leaves_much(self) -> bool:
-        """Whether the reference predicts more than effects that explain may leave."""
+        """Whether more can be predicted, and something does predict it, than effects that explain may leave."""
         shares = self.shares
         return (
-            self.verdict in NAMED and shares is not None and shares.by_reference and shares.left > EXPLAINED
+            self.verdict in NAMED
+            and shares is not None
+            and shares.source != "model"
+            and shares.left > EXPLAINED
         )
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +31,8 @@ class ErrorShares:
     best: float  #: Of the best prediction that is likely, model or reference, between and within tests each.
     certainty: float  #: Standard errors by which the reference is better than the model with what is named.
     interval: tuple[float, float]  #: 95 % interval of `best` over the tests.
-    #: Whether `best` is, between or within tests, that of the flexible reference and not of the model.
-    by_reference: bool
+    #: Whose prediction `best` is, between or within tests: of the model, the flexible reference, or of terms beside what is named.
+    source: Literal["model", "reference", "terms"]
     #: Standard errors by which the reference is better than the model with what is named, between or within tests, however
     #: little it is; 0 where it is not better.
     beyond: float = 0.0
@@ -137,11 +138,17 @@ def error_shares(
                     least, certainty = nearer, max(certainty, certain)
         best = best + least
     return ErrorShares(
-        base.rms**2, named.rms**2, float(np.mean(best)), certainty, _interval(best), certainty > 0.0, beyond
+        base.rms**2,
+        named.rms**2,
+        float(np.mean(best)),
+        certainty,
+        interval_of(best),
+        "reference" if certainty > 0.0 else "model",
+        beyond,
     )
 
 
-def _interval(squares: FloatArray) -> tuple[float, float]:
+def interval_of(squares: FloatArray) -> tuple[float, float]:
     """Return the 95 % interval of a mean of squares over tests, on the scale of their logarithm."""
     tests, mean = len(squares), float(np.mean(squares))
     error = float(np.std(squares, ddof=1)) / np.sqrt(tests) / max(mean, 1e-300)

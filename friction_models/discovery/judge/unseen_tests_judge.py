@@ -13,7 +13,7 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from .beside_reference import BesideReference, effects_of
-from .confirmation import EXPLAINED, NAMED, Confirmation
+from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares
 from .identifiability import RESOLUTION
 from .names import CLEAR, Names, falls
@@ -22,8 +22,6 @@ from .two_loads import TwoLoads
 from .unseen_tests import StraightFits, UnseenTests
 from .verdict import BENT_MEMORY
 
-#: More than this share is left: what is named is not the answer.
-NOT_THE_ANSWER = 0.4
 #: More than this share of what is left lies along the load of the only name: its form is another one.
 ALONG_ITS_LOAD = 0.6
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.

@@ -20,7 +20,8 @@ from friction_models.discovery import diagnose, refine
 from friction_models.discovery.formulas import selection
 from friction_models.discovery.formulas.bins import Bins
 from friction_models.discovery.formulas.grammar import terms
-from friction_models.discovery.formulas.search import Missing, offers
+from friction_models.discovery.formulas.missing import Missing
+from friction_models.discovery.formulas.search import offers
 from friction_models.discovery.judge.unseen_tests import UnseenTests, folds_of_tests
 from friction_models.effects import CATALOGUE, EffectContext, known_effect, make_effect
 from friction_models.estimation.campaign.binning import prepare
@@ -125,7 +126,7 @@ def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch:
         chosen = selection.select(bins, found.whiten, fold, terms(LOAD_NAMES), 0)
         before = np.mean(chosen.all.errors[0].total)
         seen.append(np.mean(chosen.all.errors[1].total) / before)
-        unseen.append(np.mean(chosen.squares) / before)
+        unseen.append(np.mean(chosen.errors.total) / before)
     assert np.mean(seen) < 0.85 and np.mean(unseen) > 0.93, (seen, unseen)
 
 
