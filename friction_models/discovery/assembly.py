@@ -104,7 +104,10 @@ def assemble(
     after = fitted.residual + (level.value if level.off else 0.0) if named else None
     most, doubted = doubts(campaign, verdict, chosen if named else [])
     rests_on = grounds(found, evidence, judged.confirmed, len(campaign.tests))
-    factor = unrecorded_factor(campaign, fitted.residual if named else base_residual(campaign, found))
+    left = fitted.residual if named else base_residual(campaign, found)
+    # what loads and metadata say of unseen tests is no group that nobody recorded
+    beyond = judged.confirmed.beyond
+    factor = unrecorded_factor(campaign, left if beyond is None else left - beyond)
     unread = _beside_unread_zero(campaign, judged)
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}

@@ -25,7 +25,7 @@ def beside_names(confirmed: Confirmation, missing: Missing, unseen: UnseenTests)
     """Return an answer that names effects, or what is left of it where terms beside these predict unseen tests much better."""
     known = confirmed.shares
     # what the names leave is the most that terms can take
-    if known is None or known.named <= EXPLAINED * known.base or (found := _found(missing)) is None:
+    if known is None or known.named <= NOT_THE_ANSWER * known.base or (found := _found(missing)) is None:
         return confirmed
     shares = _with_terms(known, found)
     if shares.left <= EXPLAINED or shares.best >= known.best:
@@ -36,9 +36,11 @@ def beside_names(confirmed: Confirmation, missing: Missing, unseen: UnseenTests)
     where = places_of(missing.campaign, beyond, [])
     if unknown:
         shares = replace(shares, named=shares.base)
-        return Confirmation("unknown_structure", shares=shares, where=where, repeats=confirmed.repeats)
+        return Confirmation(
+            "unknown_structure", shares=shares, where=where, beyond=beyond, repeats=confirmed.repeats
+        )
     verdict = "partly_explained" if confirmed.verdict == "explained" else confirmed.verdict
-    return replace(confirmed, verdict=verdict, shares=shares, where=where)
+    return replace(confirmed, verdict=verdict, shares=shares, where=where, beyond=beyond)
 
 
 def _found(missing: Missing) -> Selection | None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...effects.base import EffectContext
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.metadata import ORDER
 from ...estimation.noise.regular import regular_root
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import OPS, integrate, load_columns
@@ -42,8 +43,6 @@ NONE_SIZE = 1.0
 SEEN = 0.01
 #: Relative prior precision of what is not bounded, and least one of anything; keeps equations regular.
 FLAT = 1e-8
-#: Column of the place of a test in the campaign, which drives a drift.
-ORDER = "order"
 
 
 @dataclass(frozen=True)

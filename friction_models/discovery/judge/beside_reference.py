@@ -50,10 +50,14 @@ class BesideReference:
         known, weighed = (mean_of([self._errors(p) for p in which]) for which in zip(*predicted, strict=True))
         return error_shares(base, base, [known], weighed, BELIEVED)
 
+    def beyond(self, kept: Sequence[Fit]) -> FloatArray:
+        """Return what the reference predicts of unseen tests beyond the model with what is named, in the bins, shape (m,)."""
+        model = self.found.y - self.unseen.residual(effects_of(kept))
+        return self._predicted(kept)[0] - model
+
     def places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""
-        model = self.found.y - self.unseen.residual(effects_of(kept))
-        return places_of(self.campaign, self._predicted(kept)[0] - model, self.reference.metadata)
+        return places_of(self.campaign, self.beyond(kept), self.reference.metadata)
 
     def _errors(self, predicted: FloatArray) -> ErrorsByTest:
         return errors_of_tests(self.campaign, self.found.y - predicted)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from ...estimation.noise.repeats import Repeats
 from ...estimation.search.scan import Fit
 from ...estimation.search.structure import StructurePlace
+from ...loads import FloatArray
 from .error_budget import ErrorShares
 
 #: Verdicts that name effects.
@@ -30,6 +31,7 @@ class Confirmation:
     #: Standard errors over the tests by which the last name lowers the error; 0 where nothing is named.
     certain: float = 0.0
     where: list[StructurePlace] = field(default_factory=list)  #: Where something predictable is left.
+    beyond: FloatArray | None = None  #: This in the bins, shape (m,).
     #: Effects whose lead the first one owes to no more than what it leaves itself: it may be a matter of formulas. Then further
     #: names, each with what unseen tests cannot tell from it.
     rivals: tuple[str, ...] = ()

@@ -10,6 +10,7 @@ from scipy.stats import rankdata
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
+from ...estimation.campaign.factors import same_levels
 from ...estimation.noise.noise_floor import sensor_noise
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.unseen_loads import WITHIN, within_share
@@ -76,6 +77,12 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
         for a, b in permutations(levels, 2)
         if a in drivers and b not in drivers and abs(value := _correlation(levels[a], levels[b])) > TOGETHER
     ]
+    along = [b for b in one_load(campaign, drivers) if b not in levels]
+    if along:
+        return [
+            f"along the tests {' and '.join(n for n in drivers if n in campaign.varied)} moves with {' and '.join(along)}, in all of them alike: what "
+            "looks like an effect of the one may be one of the other; let them go apart in further tests"
+        ]
     if not tied:
         return []
     return [
@@ -84,18 +91,39 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     ]
 
 
-def one_load(campaign: BinnedTests, drivers: Sequence[str]) -> bool:
-    """Return whether a load that drives an effect rises or falls with another one, that does not, between and along tests."""
-    values = {n: rankdata(campaign.average(getattr(campaign.loads, n))) for n in campaign.varied}
-    return any(
-        min(
-            abs(_correlation(values[a], values[b])),
-            abs(_correlation(campaign.of_tests(values[a]), campaign.of_tests(values[b]))),
-        )
-        > ONE_LOAD
-        for a, b in permutations(values, 2)
-        if a in drivers and b not in drivers
+def one_load(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
+    """Return the loads, that do not drive an effect, with which one that does rises or falls, between and along tests."""
+    return [
+        b
+        for a, b in permutations(campaign.varied, 2)
+        if a in drivers and b not in drivers and _are_one(campaign, a, b)
+    ]
+
+
+def one_cause(campaign: BinnedTests, drivers: Sequence[str], others: Sequence[str]) -> bool:
+    """Return whether each driver of one effect is, for these tests, the same as one of another effect, whatever their formulas."""
+    if {*drivers} == {*others} or not {*drivers, *others} <= {*campaign.varied, *campaign.system}:
+        return False
+    return all(
+        any(a == b or _are_one(campaign, a, b) for b in some)
+        for own, some in ((drivers, others), (others, drivers))
+        for a in own
     )
+
+
+def _are_one(campaign: BinnedTests, a: str, b: str) -> bool:
+    """Return whether two loads rise or fall together, between and along tests; or whether columns of metadata have the same levels."""
+    if a in campaign.system and b in campaign.system:
+        known = (campaign.system[n][campaign.point_starts, 0] for n in (a, b))
+        return same_levels(*known)
+    if {a, b} & {*campaign.system}:
+        return False
+    values = [rankdata(campaign.average(getattr(campaign.loads, n))) for n in (a, b)]
+    agree = [abs(_correlation(*values))]
+    # loads that every test goes through alike differ along the tests only
+    if campaign.sets_apart(a) or campaign.sets_apart(b):
+        agree.append(abs(_correlation(*map(campaign.of_tests, values))))
+    return min(agree) > ONE_LOAD
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:

@@ -16,6 +16,7 @@ from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import AS_GOOD
 from ...estimation.search.zero_reading import credible
 from .error_budget import fall
+from .identifiability import one_cause
 from .unseen_tests import StraightFits
 
 #: An effect must beat what could stand in its place by so many standard errors on unseen tests.
@@ -49,7 +50,8 @@ class Rivals:
     def of(self, kept: Sequence[Fit], missing: float) -> dict[str, list[str]]:
         """Return for each name the effects that would leave hardly more in its place, or that some tests prefer to it.
 
-        The winner of the scan is named first. A lead below what is `missing`, though it can be predicted, may be a matter of formulas.
+        The winner of the scan is named first. A lead below what is `missing`, though it can be predicted, may be a matter of formulas;
+        so is any lead over an effect of a load that is the same in these tests.
         """
         if not kept:
             return {}
@@ -65,7 +67,8 @@ class Rivals:
         for f in tried:
             instead = [f, *others]
             as_good = missing > 0.0 and (self.straight.errors(instead).rms ** 2 - own.rms**2 < missing)
-            if as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead)):
+            tied = one_cause(self.campaign, first.effect.driver, f.effect.driver)
+            if tied or as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead)):
                 found[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]

@@ -88,13 +88,14 @@ class UnseenTestsJudge:
             shares, repeats = self._beside_repeats(kept, self.beside.shares([], alone))
         if repeats is not None and repeats.lacks_fit:
             verdict = _beyond_repeats(verdict, shares)
-        where = self.beside.places(kept) if shares.missing > 0.0 and verdict != "nothing_missing" else []
+        left = shares.missing > 0.0 and verdict != "nothing_missing"
         return Confirmation(
             verdict,
             kept,
             shares,
             self.names.certain(kept),
-            where,
+            self.beside.places(kept) if left else [],
+            self.beside.beyond(kept) if left else None,
             rivals,
             tuple(behind),
             self.two_loads.as_good(kept),

@@ -8,7 +8,9 @@ from ..parameters import Amplitude, ShapeParameter
 
 
 class SurfaceExpansion(Effect):
-    """Saturating rise with the grown surface, ``delta_psi * (1 - exp(-(psi - 1)/psi_c))``.
+    """Saturating rise with the grown surface, ``delta_psi * (1 - exp(-((psi - 1)/psi_c)^n))``.
+
+    With `n` = 1 the film thins from the beginning; the larger `n`, the longer it holds before it tears.
 
     Examples
     --------
@@ -23,9 +25,9 @@ class SurfaceExpansion(Effect):
     title = "the lubricant film thins as the surface grows"
     label = "Surface expansion"
     sentence = "friction rises as the surface of the workpiece grows and stretches the lubricant film"
-    equation = "mu += delta_psi * (1 - exp(-max(psi - 1, 0)/psi_c))"
-    latex = r"\mu \mathrel{+}= \Delta\mu_\psi\left(1-e^{-\max(\psi-1,0)/\psi_c}\right)"
-    citation = "film thickness h = h_0/psi as the governing quantity: Groche et al., Friction (2018)"
+    equation = "mu += delta_psi * (1 - exp(-(max(psi - 1, 0)/psi_c)^n))"
+    latex = r"\mu \mathrel{+}= \Delta\mu_\psi\left(1-e^{-(\max(\psi-1,0)/\psi_c)^n}\right)"
+    citation = "film thickness h = h_0/psi as the governing quantity: Groche et al., Friction (2018); stretched (Weibull) form of a lifetime"
     where_it_shows = "small against moderate surface expansion; nothing at psi = 1"
     driver = ("psi",)
     amplitudes = (Amplitude("delta_psi", "1", "friction of the thin film above the thick one", 1, 0.04),)
@@ -41,7 +43,8 @@ class SurfaceExpansion(Effect):
             span=(1.5, 0.7),
             points=10,
         ),
+        ShapeParameter("n", "1", "steepness", 0.5, 8.0, 1.0, values=(1.0, 2.0, 4.0)),
     )
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
-        return (1.0 - x.exp(-x.relu(L.psi - 1.0) / p["psi_c"]),)
+        return (1.0 - x.exp(-x.power(x.relu(L.psi - 1.0) / p["psi_c"], p["n"])),)

@@ -43,11 +43,8 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
         values, text = at[name], is_text(campaign.loads, name)
         if _says_nothing(values, text) or not name.strip() or not name.isprintable():
             continue
-        few = _has_few_levels(values)
         same = [n for n, v in known.items() if _follows(v, values, text)]
-        same += [
-            n for n, v in columns.items() if (few and _one_to_one(values, v)) or _correlated(values, v, text)
-        ]
+        same += [n for n, v in columns.items() if same_levels(values, v) or _correlated(values, v, text)]
         if same:
             alike.append(f"{name} with {same[0]}")
             continue
@@ -115,7 +112,9 @@ def _correlated(values: FloatArray, other: FloatArray, text: bool) -> bool:
     return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(ranks)) > SAME)
 
 
-def _one_to_one(values: FloatArray, other: FloatArray) -> bool:
-    """Return whether each value of a column goes with one of another column, and the other way round."""
+def same_levels(values: FloatArray, other: FloatArray) -> bool:
+    """Return whether each level of a column goes with one of another column, and the other way round; in a column that differs in nearly each test, none does."""
+    if not _has_few_levels(values):
+        return False
     pairs = len({*zip(values.tolist(), other.tolist(), strict=True)})
     return pairs == len(np.unique(values)) == len(np.unique(other))

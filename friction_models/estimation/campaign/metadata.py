@@ -19,6 +19,8 @@ MOST_LEVELS = 0.7
 LARGEST = 1e100
 #: Values of a column that are listed; of more numbers the range.
 SHOWN = 4
+#: The column that numbers the tests as they were run.
+ORDER = "order"
 #: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 #: What an evaluation of the records writes beside the settings of a test. It follows from the points, mu_mean from mu itself: taken

@@ -11,7 +11,7 @@ import numpy as np
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..campaign.curves import products, transformed
-from ..campaign.metadata import MOST_LEVELS, is_text
+from ..campaign.metadata import MOST_LEVELS, ORDER, is_text
 from .histories import histories
 
 #: Places along a load or along metadata between which a curve may bend.
@@ -22,6 +22,8 @@ DISTANCE_PLACES = 8
 REACH, DISTANCE_REACH = 0.8, 0.4
 #: Places along a load, distance, and share of the variance of what bends within a short distance.
 WAVY_PLACES, WAVY_REACH, WAVES = 14, 0.25, 0.2
+#: The same in the order of the tests.
+ORDER_PLACES, ORDER_WAVES = 24, 0.5
 #: Directions of each of two curves that their product uses.
 IN_PRODUCTS = 3
 #: The same where one of them runs along metadata; of so many columns of metadata, those with the fewest levels first.
@@ -73,7 +75,8 @@ def reference_curves(
         columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH))
     levels_of: dict[int, int] = {}
     first = len(names)
-    for name in sorted(set(campaign.system).difference(without)):
+    # what numbers the tests first, so that a date or a time that says the same is left out beside it
+    for name in sorted(set(campaign.system).difference(without), key=lambda n: (n != ORDER, n)):
         values = campaign.metadata(name)
         known = level(values)
         same = any(abs(float(known @ m)) > SAME_AS_LOAD * len(known) for m in means)
@@ -84,6 +87,9 @@ def reference_curves(
             if len(levels) > MOST_LEVELS * len(campaign.tests):
                 continue
             block = (values[:, None] == levels[None, :]).astype(float)
+        elif name == ORDER:  # what nobody recorded may come and go several times
+            block = _smooth(values, min(ORDER_PLACES, len(levels)), REACH, ORDER_WAVES)
+            means.append(known)
         else:
             block = _smooth(values, min(PLACES, len(levels)), REACH)
             means.append(known)
@@ -93,6 +99,11 @@ def reference_curves(
     found = [Curves((k,), c) for k, c in enumerate(columns)]
     leading = [_leading(c) for c in columns]
     found += [Curves((a, b), products(leading[a], leading[b])) for a, b in combinations(range(mains), 2)]
+    alone = [block[:, :1] for block in leading[:mains]]
+    found += [
+        Curves((a, b, c), products(products(alone[a], alone[b]), alone[c]))
+        for a, b, c in combinations(range(mains), 3)
+    ]
     for b in sorted(levels_of, key=lambda k: levels_of[k])[:METADATA_IN_PRODUCTS]:
         few = leading[b][:, :WITH_METADATA]
         found += [Curves((a, b), products(leading[a][:, :WITH_METADATA], few)) for a in range(mains)]

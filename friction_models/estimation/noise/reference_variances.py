@@ -95,7 +95,10 @@ class VariancesOfCurves:
 
         pairs = len(self.curves) - self._mains
         bounds = [(-9.0, 4.0)] * self._mains + [(-9.0, 6.0)] * pairs + [(-9.0, 4.0), (-2.0, 3.0)]
-        start = self._mean
+        # from smaller curves the scatter of tests takes the place of those that bend several times, and keeps it
+        start = self._mean.copy()
+        start[: self._mains] += self._spread[: self._mains]
+        start[-2] -= self._spread[-2]
         best = minimize(criterion, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
         return np.asarray(best.x)
 

@@ -16,7 +16,7 @@ import numpy as np
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import BinnedTests
 from ..campaign.curves import curve, products, scaled_loads, spline_columns, transformed
-from ..campaign.metadata import is_text
+from ..campaign.metadata import ORDER, is_text
 from .scan import Fit, Projector
 from .search_round import SearchRound
 from .significance import null_noise
@@ -27,6 +27,8 @@ REPLICATES = 399
 INTERACTION, PRODUCTS = 0.15, 0.05
 #: Places at which curves may bend, that are fitted to measurements, and to what the reference, which may be wavy, predicts otherwise.
 KNOTS, WAVY_KNOTS = 3, 5
+#: The same in the order of the tests: what nobody recorded may come and go several times.
+ORDER_KNOTS = 12
 #: Metadata with so few values are levels, whatever lies between them.
 MOST_LEVELS_APART = 4
 #: Places that are told of a difference of two predictions, and share of it that each must follow.
@@ -233,7 +235,7 @@ def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:
     levels = np.unique(values)
     if len(levels) <= MOST_LEVELS_APART or is_text(campaign.loads, name):
         return (values[:, None] == levels[None, 1:]).astype(float)
-    return curve(values, 1)
+    return curve(values, ORDER_KNOTS if name == ORDER else 1)
 
 
 def _curves(campaign: BinnedTests, knots: int = KNOTS) -> dict[str, FloatArray]:
