@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, ClassVar
+
 import numpy as np
 
 from ...expressions.ops import LoadColumns, Ops, Value
@@ -18,6 +22,9 @@ class Batch(Effect):
 
     Batches that are named by text are numbered in alphabetical order, from 0; the labels stand with the
     system variable in the exported file, so that tables of tests keep their texts.
+
+    A fit (`with_levels`) to more than two batches that are named by text gives each an offset of its own, drawn towards zero by the
+    scatter within batches over that between them.
 
     Examples
     --------
@@ -48,12 +55,45 @@ class Batch(Effect):
     kind = "system"
     metadata = ("batch",)
     metadata_units = ("1",)
+    #: Names of the batches, where each has an offset.
+    labels: ClassVar[tuple[str, ...]] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made, (self.labels, self.fixed)
+
+    def with_levels(self, levels: Mapping[str, Sequence[str]]) -> Effect:
+        """Return the effect with an offset for each of several batches; as it is for two, or with a fixed one."""
+        labels = tuple(levels.get(self.metadata[0], ()))
+        return self if self.fixed or len(labels) <= 2 else _each(labels)()
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
-        """Return every batch of the data: each may be the one that deviates."""
+        """Return every batch of the data: each may be the one that deviates; nothing where each has an offset."""
+        if self.labels:
+            return {}
         known = np.unique(spans.get("batch", (self.start_shape()["deviating"],)))[:MOST]
         return {"deviating": np.array([self.fixed["deviating"]]) if self.fixed else known}
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
-        distance = x.abs(context.system["batch"] + 0.0 * L.sd - p["deviating"])
-        return (x.relu(1.0 - distance),)
+        batch = context.system["batch"] + 0.0 * L.sd
+        numbers = [float(k) for k in range(len(self.labels))] or [p["deviating"]]
+        return tuple(x.relu(1.0 - x.abs(batch - number)) for number in numbers)
+
+
+@cache
+def _each(labels: tuple[str, ...]) -> type[Batch]:
+    """Return the effect with an offset for each of several batches; the same class each time."""
+    declared: dict[str, Any] = {
+        "labels": labels,
+        "pooled": True,
+        "equation": "mu += c_b[batch], 0 for another batch",
+        "latex": r"\mu \mathrel{+}= c_{b,\mathrm{batch}}",
+        "amplitudes": tuple(Amplitude(f"c_b[{k}]", "1", f"offset of batch {k}", 0, 0.0) for k in labels),
+        "shapes": (),
+        "__doc__": Batch.__doc__,
+        "__module__": __name__,
+    }
+    return type("Batch", (Batch,), declared)
+
+
+def _made(labels: tuple[str, ...], fixed: Mapping[str, float]) -> Batch:
+    return (_each(labels) if labels else Batch)(**fixed)
