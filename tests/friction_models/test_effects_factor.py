@@ -145,7 +145,7 @@ def test_each_of_several_batches_has_an_offset(tmp_path: Path) -> None:
     again = load_model(model.save(tmp_path / "model"))
     onnx = OnnxModel(tmp_path / "model" / "model.onnx")
     fmu = read_friction_fmu(pack(model, tmp_path / "batch.fmu", nodes=1))
-    for one in (pickle.loads(pickle.dumps(model)), again):
+    for one in (copy.deepcopy(model), again):
         np.testing.assert_array_equal(one.predict_frame(data, tests), expected)
     for exported in (onnx, fmu):
         np.testing.assert_allclose(exported.predict_frame(data, tests), expected, rtol=1e-12)

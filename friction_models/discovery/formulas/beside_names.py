@@ -1,6 +1,6 @@
 """Empirical terms beside what is named: where they predict unseen tests much better, the names are not the answer.
 
-The flexible reference knows curves along each load and smooth products of two. A peak in one load whose place moves with another
+The flexible reference knows curves along each load and smooth products of them. A peak in one load whose place moves with another
 one is neither; the grammar has terms of such forms.
 """
 

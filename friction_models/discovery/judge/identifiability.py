@@ -69,7 +69,7 @@ def limits(campaign: BinnedTests, base: BaseLaw, evidence: Evidence) -> list[str
 
 
 def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
-    """Return a warning where a load that drives an effect moves with another one from test to test."""
+    """Return a warning where a load that drives an effect moves with another one from test to test, or along each of them."""
     apart = [n for n in campaign.varied if campaign.sets_apart(n)]
     levels = {n: campaign.of_tests(transformed(campaign, n)) for n in apart}
     tied = [
@@ -113,10 +113,10 @@ def one_cause(campaign: BinnedTests, drivers: Sequence[str], others: Sequence[st
 
 def _are_one(campaign: BinnedTests, a: str, b: str) -> bool:
     """Return whether two loads rise or fall together, between and along tests; or whether columns of metadata have the same levels."""
-    if a in campaign.system and b in campaign.system:
-        known = (campaign.system[n][campaign.point_starts, 0] for n in (a, b))
-        return same_levels(*known)
-    if {a, b} & {*campaign.system}:
+    loads = len({a, b} & {*LOAD_NAMES})
+    if not loads:
+        return same_levels(*(campaign.system[n][campaign.point_starts, 0] for n in (a, b)))
+    if loads < 2:
         return False
     values = [rankdata(campaign.average(getattr(campaign.loads, n))) for n in (a, b)]
     agree = [abs(_correlation(*values))]
