@@ -282,6 +282,6 @@ def _parameters(campaign: BinnedTests, term: FittedTerm) -> FittedEffect:
         if name in term.intervals:
             found[name]["interval"] = list(term.intervals[name])
     # a factor says its labels itself
-    batches = labels_of(campaign, Batch.name) if effect.name == Batch.name and not effect.pooled else []
+    batches = labels_of(campaign, Batch.name) if effect.name == Batch.name else []
     said = f" ({numbered(batches)})" if batches else ""
     return {"equation": effect.equation + said, "values": found}

@@ -111,8 +111,12 @@ def diagnose(
     notes += said
     whole = (measured, base_law(base.model, measured, seed)) if refitted(base) else (campaign, base)
     judged = _judge(campaign, base, candidates, seed, floor, whole, stages)
-    if not base.fixed and judged.verdict in NAMED and (missing := _missing(campaign, judged, seed)):
-        judged.confirmed = beside_names(judged.confirmed, *missing)
+    # what is taken as it is cannot be refitted with a term
+    missing = None if base.fixed else _missing(campaign, judged, seed)
+    if missing is not None and judged.verdict in NAMED:
+        judged.confirmed = beside_names(judged.confirmed, missing)
+        if judged.verdict not in NAMED:
+            missing = _missing(campaign, judged, seed)
     if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign.loads, 1))
@@ -128,8 +132,7 @@ def diagnose(
     stages(75, "the answer, and what to test next")
     answer = assemble(campaign, base, judged, mu, whole)
     stages(90, "empirical terms")
-    if not base.fixed:  # what is taken as it is cannot be refitted with a term
-        answer.formulas = _formulas_for(answer.verdict, campaign, judged, seed)
+    answer.formulas = _formulas_for(answer.verdict, judged.confirmed, missing)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     stages(100, "the answer")
     return answer
@@ -185,28 +188,26 @@ def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
     return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
 
 
-def _formulas_for(verdict: str, campaign: BinnedTests, judged: Judged, seed: int) -> list[FormulaOffer]:
+def _formulas_for(verdict: str, confirmed: Confirmation, missing: Missing | None) -> list[FormulaOffer]:
     """Return the empirical terms that are offered beside what is named; none for other verdicts or with too few tests."""
-    if verdict not in UNEXPLAINED and not judged.confirmed.leaves_much:
+    if missing is None or confirmed.shares is None:
         return []
-    missing = _missing(campaign, judged, seed)
-    return offers(missing[0]) if missing else []
+    unexplained = verdict in UNEXPLAINED or confirmed.leaves_much
+    return offers(missing, confirmed.shares.best) if unexplained else []
 
 
-def _missing(campaign: BinnedTests, judged: Judged, seed: int) -> tuple[Missing, UnseenTests] | None:
-    """Return what is missing beside what is named, and unseen tests that show it; None where no tests could be left out."""
-    shares, unseen, found = judged.confirmed.shares, judged.unseen, judged.found
-    if shares is None or unseen is None:
+def _missing(campaign: BinnedTests, judged: Judged, seed: int) -> Missing | None:
+    """Return what is missing beside what is named; None where no tests could be left out."""
+    unseen, found = judged.unseen, judged.found
+    if judged.confirmed.shares is None or unseen is None:
         return None
-    missing = Missing(
+    return Missing(
         campaign=campaign,
         columns=np.column_stack([found.columns, *(f.columns for f in judged.chosen)]),
         y=found.y,
         whiten=found.whiten,
-        fold_of_test=unseen.fold_of_test,
+        unseen=unseen,
         before=unseen.errors([f.effect for f in judged.chosen]).total,
-        best=shares.best,
         seed=seed,
         sloping=found.columns.shape[1] == 1,
     )
-    return missing, unseen

@@ -357,6 +357,8 @@ def test_tests_over_the_same_speeds_are_not_told_apart_by_their_speed() -> None:
     found = diagnose(pd.concat(frames), tests)
     assert "factor:direction" in [r["effect"] for r in found.ranking]
     assert not any("from test to test" in w for w in found.warnings)
+    # along each of them the speed steps up with the distance
+    assert any("along the tests" in w and "moves with" in w for w in found.warnings)
 
 
 def test_an_effect_that_shows_nothing_beside_a_factor_has_no_amplitude() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
+from ...estimation.campaign.metadata import ORDER
 from ...estimation.fit.parameters import FittedTerm, FittedTerms
 from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.zero_reading import share_of_mu
@@ -76,9 +77,9 @@ def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]
     """Return by how much and where the levels of the tests jump in their order, for each effect that only follows such a jump."""
     found = {}
     for term in fitted.terms:
-        if term.effect.driver != ("order",) or len(campaign.tests) < 4 * SIDE:
+        if term.effect.driver != (ORDER,) or len(campaign.tests) < 4 * SIDE:
             continue
-        order = campaign.of_tests(campaign.metadata("order"))
+        order = campaign.of_tests(campaign.metadata(ORDER))
         sequence = np.argsort(order, kind="stable")
         level = campaign.of_tests(term.binned + fitted.residual)[sequence]
         n, line = len(level), np.column_stack([np.ones(len(level)), order[sequence]])

@@ -13,15 +13,14 @@ import numpy as np
 from ...estimation.search.structure import places_of
 from ..judge.confirmation import EXPLAINED, NOT_THE_ANSWER, Confirmation
 from ..judge.error_budget import BELIEVED, ErrorShares, fall, interval_of, lead
-from ..judge.unseen_tests import UnseenTests
-from .missing import LEAST_TESTS, Missing
-from .selection import Selection, select
+from .missing import Missing
+from .selection import Selection
 
 #: Share of the resamples in which each of them must come first.
 STABLE = 0.5
 
 
-def beside_names(confirmed: Confirmation, missing: Missing, unseen: UnseenTests) -> Confirmation:
+def beside_names(confirmed: Confirmation, missing: Missing) -> Confirmation:
     """Return an answer that names effects, or what is left of it where terms beside these predict unseen tests much better."""
     known = confirmed.shares
     # what the names leave is the most that terms can take
@@ -32,7 +31,7 @@ def beside_names(confirmed: Confirmation, missing: Missing, unseen: UnseenTests)
         return confirmed
     unknown = shares.left > NOT_THE_ANSWER
     kept = [] if unknown else confirmed.chosen
-    beyond = unseen.residual([f.effect for f in kept]) - found.residual
+    beyond = missing.unseen.residual([f.effect for f in kept]) - found.residual
     where = places_of(missing.campaign, beyond, [])
     if unknown:
         shares = replace(shares, named=shares.base)
@@ -45,12 +44,8 @@ def beside_names(confirmed: Confirmation, missing: Missing, unseen: UnseenTests)
 
 def _found(missing: Missing) -> Selection | None:
     """Return terms that predict unseen tests better than the names alone, for certain and in most resamples; None without any."""
-    fold = missing.fold_of_test
-    if len(fold) < LEAST_TESTS:
-        return None
-    bins, terms = missing.grammar()
-    found = select(bins, missing.whiten, fold, terms, missing.seed)
-    if not found.all.chosen or min(found.stability) < STABLE:
+    found = missing.selection
+    if found is None or min(found.stability) < STABLE:
         return None
     # the names with the shapes that all tests gave them, and refitted without each fold
     before = found.all.errors[0].total, missing.before

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
-import numpy as np
-import numpy.typing as npt
-
-from ...effects.empirical.terms import Term
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
+from ..judge.unseen_tests import UnseenTests
 from .bins import Bins
 from .grammar import terms
+from .selection import Selection, select
 
 #: Fewest tests from which terms are chosen.
 LEAST_TESTS = 8
@@ -26,14 +25,22 @@ class Missing:
     columns: FloatArray  #: The model and what is named, in the bins, shape (m, p).
     y: FloatArray  #: Bin means of mu without the fixed part of the model, shape (m,).
     whiten: Whitener
-    fold_of_test: npt.NDArray[np.intp]  #: Shape (tests,).
+    unseen: UnseenTests  #: Give the folds.
     #: Mean squared error of each unseen test of the model with what is named, shape (tests,).
     before: FloatArray
-    best: float  #: Mean squared error of the best prediction that is known.
     seed: int = 0
     sloping: bool = False  #: Whether the model has no slopes, so that terms keep theirs.
 
-    def grammar(self) -> tuple[Bins, tuple[Term, ...]]:
-        """Return the bins with the terms of the grammar that vary in them."""
-        bins = Bins(self.campaign, self.columns, self.y)
-        return bins, terms(tuple(self.campaign.varied), self.sloping, bins.logarithms)
+    @cached_property
+    def bins(self) -> Bins:
+        """Bin means of the loads and of what terms are added to."""
+        return Bins(self.campaign, self.columns, self.y)
+
+    @cached_property
+    def selection(self) -> Selection | None:
+        """Terms of the grammar that predict unseen tests better; None where none does, or of too few tests. It takes seconds."""
+        if len(self.before) < LEAST_TESTS:
+            return None
+        tried = terms(tuple(self.campaign.varied), self.sloping, self.bins.logarithms)
+        found = select(self.bins, self.whiten, self.unseen.fold_of_test, tried, self.seed)
+        return found if found.all.chosen else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy.special import stdtrit
@@ -12,13 +11,12 @@ from ...effects import empirical_effect
 from ...effects.empirical.effect import numbered
 from ...loads import FloatArray
 from ..judge.error_budget import lead
-from .bins import Bins
 from .fit import fit
-from .missing import LEAST_TESTS, Missing
+from .missing import Missing
 from .offers import FormulaOffer
 from .pictures import term_curves
 from .scan import Column
-from .selection import CERTAIN, Ranked, Selection, select
+from .selection import CERTAIN, Ranked, Selection
 
 #: Most terms, or sums of terms, that are offered.
 MOST = 3
@@ -28,23 +26,22 @@ LEAST_SHARE = 0.2
 COMPARABLE, LEAST_STABLE = 0.7, 0.15
 
 
-def offers(missing: Missing) -> list[FormulaOffer]:
-    """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first."""
-    if len(missing.before) < LEAST_TESTS:
-        return []
-    bins, tried = missing.grammar()
-    found = select(bins, missing.whiten, missing.fold_of_test, tried, missing.seed)
-    if not found.all.chosen:
+def offers(missing: Missing, best: float) -> list[FormulaOffer]:
+    """Return up to three empirical terms, or sums of them, that lower the error on unseen tests, the best first.
+
+    `best` is the mean squared error of the best prediction that is known.
+    """
+    if (found := missing.selection) is None:
         return []
     # what was chosen from many looks too good on the tests it was chosen on: this is by how much
     flattered = found.errors.total - found.all.errors[-1].total
-    missing = replace(missing, best=min(missing.best, float(np.mean(found.errors.total))))
-    made = [_offer(missing, bins, found.all.chosen, found.errors.total, min(found.stability))]
+    best = min(best, float(np.mean(found.errors.total)))
+    made = [_offer(missing, best, found.all.chosen, found.errors.total, min(found.stability))]
     if len(found.all.chosen) > 1:
         first = found.all.errors[1].total + flattered
-        made.append(_offer(missing, bins, found.all.chosen[:1], first, found.stability[0]))
+        made.append(_offer(missing, best, found.all.chosen[:1], first, found.stability[0]))
     made += [
-        _offer(missing, bins, [r.column], r.errors.total + flattered, r.stability) for r in _others(found)
+        _offer(missing, best, [r.column], r.errors.total + flattered, r.stability) for r in _others(found)
     ]
     return [o for o in made if o.share > LEAST_SHARE and o.interval[0] > 0.0][:MOST]
 
@@ -65,20 +62,20 @@ def _others(found: Selection) -> list[Ranked]:
 
 
 def _offer(
-    missing: Missing, bins: Bins, columns: Sequence[Column], squares: FloatArray, stability: float
+    missing: Missing, best: float, columns: Sequence[Column], squares: FloatArray, stability: float
 ) -> FormulaOffer:
     """Return terms with what they take from the error of unseen tests.
 
     `squares`, shape (tests,), are mean squared errors of each test by terms that were chosen without it.
     """
-    effects = [empirical_effect(str(c.term))() for c in columns]
+    bins, effects = missing.bins, [empirical_effect(str(c.term))() for c in columns]
     start = [
         {n: float(g[0]) for n, g in e.grids(bins.spans).items()} | c.shape for e, c in zip(effects, columns)
     ]
     fitted = fit(bins, missing.whiten, effects, start)
     before = float(np.mean(missing.before))
     after = float(np.mean(squares))
-    size = before - missing.best
+    size = before - best
     gain, certain = lead(missing.before, squares)
     half = float(stdtrit(len(squares) - 1, 0.975)) * abs(gain) / max(abs(certain), 1e-300)
     low, share, high = (min(v / max(size, 1e-300), 1.0) for v in (gain - half, gain, gain + half))

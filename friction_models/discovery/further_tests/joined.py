@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from ...common import InputError
+from ...estimation.campaign.metadata import ORDER
 from ...loads import LOADS, DataSet
 
 
@@ -91,9 +92,9 @@ def _continued(
     table = tests.assign(test_id=tests["test_id"].astype(str))
     table = table[table["test_id"].isin(names)].reset_index(drop=True)
     table["test_id"] = table["test_id"].map(names)
-    if "order" in table.columns:
-        order = pd.to_numeric(table["order"], errors="coerce")
+    if ORDER in table.columns:
+        order = pd.to_numeric(table[ORDER], errors="coerce")
         if order.notna().any():
-            table["order"] = order + last
-            last = float(table["order"].max())
+            table[ORDER] = order + last
+            last = float(table[ORDER].max())
     return table, last

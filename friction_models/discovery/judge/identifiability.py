@@ -93,11 +93,9 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
 
 def one_load(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     """Return the loads, that do not drive an effect, with which one that does rises or falls, between and along tests."""
-    return [
-        b
-        for a, b in permutations(campaign.varied, 2)
-        if a in drivers and b not in drivers and _are_one(campaign, a, b)
-    ]
+    own = [n for n in campaign.varied if n in drivers]
+    others = (n for n in campaign.varied if n not in drivers)
+    return [b for b in others if any(_are_one(campaign, a, b) for a in own)]
 
 
 def one_cause(campaign: BinnedTests, drivers: Sequence[str], others: Sequence[str]) -> bool:

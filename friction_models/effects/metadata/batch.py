@@ -12,9 +12,7 @@ from ...expressions.ops import LoadColumns, Ops, Value
 from ...loads import FloatArray
 from ..base import Effect, EffectContext, Parameters
 from ..parameters import Amplitude, ShapeParameter, Spans
-
-#: Batches that are tried.
-MOST = 60
+from .levels import MOST, at_level
 
 
 class Batch(Effect):
@@ -76,23 +74,26 @@ class Batch(Effect):
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         batch = context.system["batch"] + 0.0 * L.sd
         numbers = [float(k) for k in range(len(self.labels))] or [p["deviating"]]
-        return tuple(x.relu(1.0 - x.abs(batch - number)) for number in numbers)
+        return tuple(at_level(x, batch, number) for number in numbers)
 
 
 @cache
 def _each(labels: tuple[str, ...]) -> type[Batch]:
     """Return the effect with an offset for each of several batches; the same class each time."""
-    declared: dict[str, Any] = {
-        "labels": labels,
-        "pooled": True,
-        "equation": "mu += c_b[batch], 0 for another batch",
-        "latex": r"\mu \mathrel{+}= c_{b,\mathrm{batch}}",
-        "amplitudes": tuple(Amplitude(f"c_b[{k}]", "1", f"offset of batch {k}", 0, 0.0) for k in labels),
-        "shapes": (),
-        "__doc__": Batch.__doc__,
-        "__module__": __name__,
-    }
-    return type("Batch", (Batch,), declared)
+    return type(
+        "Batch",
+        (Batch,),
+        {
+            "labels": labels,
+            "pooled": True,
+            "equation": "mu += c_b[batch], 0 for another batch",
+            "latex": r"\mu \mathrel{+}= c_{b,\mathrm{batch}}",
+            "amplitudes": tuple(Amplitude(f"c_b[{k}]", "1", f"offset of batch {k}", 0, 0.0) for k in labels),
+            "shapes": (),
+            "__doc__": Batch.__doc__,
+            "__module__": __name__,
+        },
+    )
 
 
 def _made(labels: tuple[str, ...], fixed: Mapping[str, float]) -> Batch:

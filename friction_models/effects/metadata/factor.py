@@ -16,7 +16,7 @@ from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from ..base import Effect, EffectContext, Parameters
 from ..parameters import Amplitude, ShapeParameter, Spans
-from .batch import MOST
+from .levels import MOST, at_level
 
 PREFIX = "factor:"
 #: Texts of at most so many levels are also split into two groups of several levels.
@@ -90,20 +90,16 @@ class Factor(Effect):
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         value = context.system[self.metadata[0]] + 0.0 * L.sd
         if self.pooled:
-            return tuple(x.relu(1.0 - x.abs(value - float(k))) for k in range(len(self.labels)))
+            return tuple(at_level(x, value, float(k)) for k in range(len(self.labels)))
         if self.groups:
             parts = [
-                x.relu(1.0 - x.abs(value - float(level)))
-                * sum(
-                    x.relu(1.0 - x.abs(p["deviating"] - float(k)))
-                    for k, g in enumerate(self.groups)
-                    if level in g
-                )
+                at_level(x, value, float(level))
+                * sum(at_level(x, p["deviating"], float(k)) for k, g in enumerate(self.groups) if level in g)
                 for level in range(max(map(max, self.groups)) + 1)
             ]
             return (sum(parts[1:], start=parts[0]),)
         if np.all(np.asarray(p.get("scale", 0.0)) == 0.0):
-            return (x.relu(1.0 - x.abs(value - p["deviating"])),)
+            return (at_level(x, value, p["deviating"]),)
         return ((value - p["centre"]) / p["scale"],)
 
 

@@ -59,11 +59,7 @@ def reference_curves(
         along = name == "sd"
         values = transformed(campaign, name)
         names.append("distance" if along else name)
-        columns.append(
-            _smooth(values, WAVY_PLACES, DISTANCE_REACH, WAVES)
-            if along
-            else _smooth(values, WAVY_PLACES, REACH, WAVES)
-        )
+        columns.append(_smooth(values, WAVY_PLACES, DISTANCE_REACH if along else REACH, WAVES))
         means.append(level(values))
     if "distance" not in names and not campaign.averaged:  # the number of the point, then
         distance = np.sqrt(campaign.average(campaign.distance))
@@ -87,11 +83,10 @@ def reference_curves(
             if len(levels) > MOST_LEVELS * len(campaign.tests):
                 continue
             block = (values[:, None] == levels[None, :]).astype(float)
-        elif name == ORDER:  # what nobody recorded may come and go several times
-            block = _smooth(values, min(ORDER_PLACES, len(levels)), REACH, ORDER_WAVES)
-            means.append(known)
         else:
-            block = _smooth(values, min(PLACES, len(levels)), REACH)
+            # in the order of the tests, what nobody recorded may come and go several times
+            places, waves = (ORDER_PLACES, ORDER_WAVES) if name == ORDER else (PLACES, 0.0)
+            block = _smooth(values, min(places, len(levels)), REACH, waves)
             means.append(known)
         levels_of[len(names)] = len(levels)
         names.append(name)

@@ -72,9 +72,7 @@ def offered(data: pd.DataFrame) -> list[Any]:
     found = search(campaign, law, None, [], 0)
     unseen = UnseenTests(campaign, law)
     before = unseen.errors().total
-    return offers(
-        Missing(campaign, found.columns, found.y, found.whiten, unseen.fold_of_test, before, SCATTER**2)
-    )
+    return offers(Missing(campaign, found.columns, found.y, found.whiten, unseen, before), SCATTER**2)
 
 
 def removed(data: pd.DataFrame, effects: Any, train: np.ndarray) -> float:
