@@ -92,10 +92,9 @@ def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range,
     named = [a for a in answers if a.effects == ["factor:operator"]]
     assert sum(a.verdict == "explained" for a in named) >= len(seeds) - wrong
     assert not any(set(a.effects) - {"factor:operator"} for a in answers)
-    fitted = named[0].parameters["factor:operator"]
-    assert fitted["values"]["deviating"]["value"] == 1.0 and "1 = bert" in fitted["equation"]
-    found = [a.parameters["factor:operator"]["values"]["c"]["value"] for a in named]
-    assert float(np.mean(found)) == pytest.approx(0.012, abs=0.002)
+    values = [a.parameters["factor:operator"]["values"] for a in named]
+    found = [[v[f"c[{who}]"]["value"] for who in ("anna", "bert", "cleo")] for v in values]
+    assert np.mean(found, axis=0) == pytest.approx([-0.004, 0.008, -0.004], abs=0.002)
 
 
 def test_oils_that_all_differ_are_named_with_sixteen_tests() -> None:
@@ -138,7 +137,13 @@ def test_each_of_several_batches_has_an_offset(tmp_path: Path) -> None:
     model = refine(data, tests, add="batch")
     assert isinstance(model, ComposedFriction)
     offsets = model.amplitudes_[0]
-    assert [offsets[f"c_b[{lot}]"] for lot in offset] == pytest.approx(list(offset.values()), abs=0.004)
+    # a diagnosis says what a fit has, also of a model that is judged as it is
+    fixed = LinearFriction().fit_frame(data, tests)
+    for one in (found, diagnose(data, tests, fixed)):
+        values = one.parameters["batch"]["values"]
+        assert list(values) == [f"c_b[{lot}]" for lot in offset] and one.verdict == "explained"
+        assert [v["value"] for v in values.values()] == pytest.approx(list(offset.values()), abs=0.004)
+    assert offsets == {k: v["value"] for k, v in found.parameters["batch"]["values"].items()}
     # what is left is the scatter from test to test
     assert model.error_history_[0]["after"]["rmse"] < 1.2 * np.hypot(BETWEEN, WITHIN)
     expected = model.predict_frame(data, tests)

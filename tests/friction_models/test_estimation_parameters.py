@@ -19,6 +19,8 @@ from friction_models.estimation.search.base_law import base_law
 from .estimation_cases import measured
 
 DELTA, LENGTH = 0.03, 6.0
+#: Offsets of lots of lubricant; their mean is zero.
+LOTS = {"lot A": 0.012, "lot B": -0.004, "lot C": 0.003, "lot D": -0.011}
 HOTTER = {"delta_b": 0.03, "T_b": 130.0, "w": 12.0}
 
 
@@ -83,6 +85,35 @@ def test_intervals_hold_what_few_tests_tell() -> None:
             low, high = term.intervals[name]
             inside, of = inside + (low <= truth <= high), of + 1
     assert inside >= 0.9 * of, (inside, of)
+
+
+def lots(seed: int) -> BinnedTests:
+    """Return tests with lots of lubricant that lie at levels of their own: 13, 10, 6 and 3 tests of them."""
+    rng = np.random.default_rng([seed, 51])
+    lot = rng.permutation(np.repeat(list(LOTS), (13, 10, 6, 3)))
+    names = [f"t{k:02d}" for k in range(len(lot))]
+    frames = []
+    for k, own in enumerate(lot):
+        sd, T = np.linspace(0.2, 50.0, 8), rng.uniform(20.0, 200.0)
+        mu = 0.1 + LOTS[own] - 1e-4 * (T - 100.0) + rng.normal(0.0, 0.004) + rng.normal(0.0, 0.002, 8)
+        frames.append(pd.DataFrame({"test_id": names[k], "sd": sd, "v_rel": 50.0, "T": T, "mu": mu}))
+    return prepare(pd.concat(frames), pd.DataFrame({"test_id": names, "batch": lot}))
+
+
+def test_intervals_of_offsets_of_levels_hold_the_truth() -> None:
+    inside, width = [], []
+    for seed in range(40):
+        campaign = lots(seed)
+        fitted = fit_terms(campaign, base_law(LinearFriction(), campaign), [make_effect("batch")])
+        intervals = fitted.terms[0].intervals
+        assert list(intervals) == [f"c_b[{lot}]" for lot in LOTS]
+        inside.append([low <= truth <= high for truth, (low, high) in zip(LOTS.values(), intervals.values())])
+        width.append([high - low for low, high in intervals.values()])
+        # that one offset is less where another is more is no tie of the data
+        assert not any("batch" in first and "batch" in second for first, second, _ in fitted.correlations)
+    assert np.mean(inside) > 0.88
+    # the scatter of three tests, and of thirteen
+    assert np.mean(width, axis=0)[3] < 0.015 and np.mean(width, axis=0)[0] < 0.008
 
 
 def test_more_tests_narrow_an_interval() -> None:

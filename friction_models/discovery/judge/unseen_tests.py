@@ -12,6 +12,7 @@ from sklearn.base import clone
 
 from ...effects.base import Effect
 from ...estimation.campaign.binning import BinnedTests, campaign_of
+from ...estimation.campaign.factors import as_fitted
 from ...estimation.campaign.metadata import with_all_metadata
 from ...estimation.fit.joint_problem import solve_jointly
 from ...estimation.fit.parameters import FittedTerms, fit_terms
@@ -234,7 +235,8 @@ def _with_effects(
 def _beside(campaign: BinnedTests, law: BaseLaw, effects: Sequence[Effect], unseen: Mask) -> FloatArray:
     """Return predictions of a law that is not refitted itself, with a shift and effects that the other tests determine."""
     part, own = _part(campaign, law, ~unseen)
-    problem = solve_jointly(part, own, list(effects))
+    effects = as_fitted(campaign, effects)
+    problem = solve_jointly(part, own, effects)
     coefficients, amplitudes = problem.solve(problem.shapes)
     held, other = _part(campaign, law, unseen)
     predicted = other.offset + other.columns @ coefficients

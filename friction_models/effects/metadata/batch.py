@@ -12,7 +12,7 @@ from ...expressions.ops import LoadColumns, Ops, Value
 from ...loads import FloatArray
 from ..base import Effect, EffectContext, Parameters
 from ..parameters import Amplitude, ShapeParameter, Spans
-from .levels import MOST, at_level
+from .levels import MOST, at_level, at_levels, with_offsets
 
 
 class Batch(Effect):
@@ -21,8 +21,8 @@ class Batch(Effect):
     Batches that are named by text are numbered in alphabetical order, from 0; the labels stand with the
     system variable in the exported file, so that tables of tests keep their texts.
 
-    A fit (`with_levels`) to more than two batches that are named by text gives each an offset of its own, drawn towards zero by the
-    scatter within batches over that between them.
+    The search for effects asks for one batch that deviates. A fit (`with_levels`) to more than two batches that are named by text
+    gives each an offset of its own, drawn towards zero by the scatter within batches over that between them.
 
     Examples
     --------
@@ -36,13 +36,13 @@ class Batch(Effect):
     """
 
     name = "batch"
-    title = "one batch of the lubricant differs"
+    title = "batches of the lubricant differ"
     label = "Batch of the lubricant"
-    sentence = "tests with one batch of the lubricant lie above or below the others by the same amount"
+    sentence = "tests with one batch of the lubricant lie above or below those with others by the same amount"
     equation = "mu += c_b where batch = deviating, else 0"
     latex = r"\mu \mathrel{+}= c_b\,[\mathrm{batch}=\mathrm{deviating}]"
     citation = "blocking, Box, Hunter, Hunter: Statistics for Experimenters (2005)"
-    where_it_shows = "a constant offset of all tests run with one batch"
+    where_it_shows = "a constant offset of all tests run with one batch, or one for each batch"
     driver = ("batch",)
     amplitudes = (Amplitude("c_b", "1", "friction of the deviating batch above the others", 0, 0.01),)
     shapes = (
@@ -66,15 +66,16 @@ class Batch(Effect):
 
     def grids(self, spans: Spans) -> dict[str, FloatArray]:
         """Return every batch of the data: each may be the one that deviates; nothing where each has an offset."""
-        if self.labels:
+        if self.pooled:
             return {}
         known = np.unique(spans.get("batch", (self.start_shape()["deviating"],)))[:MOST]
         return {"deviating": np.array([self.fixed["deviating"]]) if self.fixed else known}
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         batch = context.system["batch"] + 0.0 * L.sd
-        numbers = [float(k) for k in range(len(self.labels))] or [p["deviating"]]
-        return tuple(at_level(x, batch, number) for number in numbers)
+        if self.pooled:
+            return at_levels(x, batch, len(self.labels))
+        return (at_level(x, batch, p["deviating"]),)
 
 
 @cache
@@ -84,15 +85,12 @@ def _each(labels: tuple[str, ...]) -> type[Batch]:
         "Batch",
         (Batch,),
         {
-            "labels": labels,
-            "pooled": True,
-            "equation": "mu += c_b[batch], 0 for another batch",
             "latex": r"\mu \mathrel{+}= c_{b,\mathrm{batch}}",
-            "amplitudes": tuple(Amplitude(f"c_b[{k}]", "1", f"offset of batch {k}", 0, 0.0) for k in labels),
             "shapes": (),
             "__doc__": Batch.__doc__,
             "__module__": __name__,
-        },
+        }
+        | with_offsets("c_b", Batch.name, labels),
     )
 
 

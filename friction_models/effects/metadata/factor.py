@@ -16,7 +16,7 @@ from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from ..base import Effect, EffectContext, Parameters
 from ..parameters import Amplitude, ShapeParameter, Spans
-from .levels import MOST, at_level
+from .levels import MOST, at_level, at_levels, with_offsets
 
 PREFIX = "factor:"
 #: Texts of at most so many levels are also split into two groups of several levels.
@@ -90,7 +90,7 @@ class Factor(Effect):
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         value = context.system[self.metadata[0]] + 0.0 * L.sd
         if self.pooled:
-            return tuple(at_level(x, value, float(k)) for k in range(len(self.labels)))
+            return at_levels(x, value, len(self.labels))
         if self.groups:
             parts = [
                 at_level(x, value, float(level))
@@ -203,12 +203,7 @@ def _declared(
         "__module__": __name__,
     }
     if labels:
-        declared |= {
-            "labels": labels,
-            "pooled": True,
-            "equation": f"mu += c[{column}], 0 for another {column}",
-            "amplitudes": tuple(Amplitude(f"c[{k}]", "1", f"offset of {k}", 0, 0.0) for k in labels),
-        }
+        declared |= with_offsets("c", column, labels)
     return type("Factor", (Factor,), declared)
 
 

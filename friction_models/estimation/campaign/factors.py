@@ -96,6 +96,13 @@ def labels_of(campaign: BinnedTests, name: str) -> list[str]:
     return [] if values is None else sorted({str(v) for v in values[campaign.point_starts] if not pd.isna(v)})
 
 
+def as_fitted(campaign: BinnedTests, effects: Iterable[Effect]) -> list[Effect]:
+    """Return effects as a fit has them: with an offset for each label of a column of texts."""
+    effects = list(effects)
+    levels = {name: labels_of(campaign, name) for e in effects for name in e.metadata}
+    return [e.with_levels({name: labels for name, labels in levels.items() if labels}) for e in effects]
+
+
 def _follows(load: FloatArray, values: FloatArray, text: bool) -> bool:
     """Return whether a column says nearly all about the mean load of a test."""
     if not text:

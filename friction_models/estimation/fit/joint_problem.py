@@ -146,7 +146,7 @@ class JointProblem:
         scale = np.where(size > 0.0, size, 1.0)
         x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
         if any(e.pooled for e in self.effects):
-            pull = self._pull(blocks, x / scale)
+            pull = self.pull(blocks, x / scale)
             matrix, target = np.vstack([matrix, np.diag(pull * scale)]), np.r_[target, np.zeros(len(x))]
             x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
         signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
@@ -171,8 +171,11 @@ class JointProblem:
             self._known = self.whiten, q, self.whiten(self.y)
         return self._known[1:]
 
-    def _pull(self, blocks: list[FloatArray], x: FloatArray) -> FloatArray:
-        """Return how much each coefficient is drawn towards zero beside a free fit `x`: the offsets of pooled levels."""
+    def pull(self, blocks: list[FloatArray], x: FloatArray) -> FloatArray:
+        """Return how much each coefficient is drawn towards zero beside a free fit `x`: the offsets of pooled levels.
+
+        In units of the norms of the whitened columns.
+        """
         pull, at = np.zeros(len(x)), self.base.shape[1]
         free = self.y - np.column_stack([self.base, *blocks]) @ x
         test = self.campaign.test if self.campaign.grouped else np.arange(len(free))

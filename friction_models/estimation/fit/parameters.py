@@ -11,6 +11,7 @@ from ...effects.base import Effect
 from ...effects.parameters import ShapeParameter
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
+from ..campaign.factors import as_fitted
 from ..search.base_law import BaseLaw
 from .joint_problem import JointProblem, solve_jointly
 
@@ -18,6 +19,8 @@ from .joint_problem import JointProblem, solve_jointly
 STEP = 1e-3
 #: Correlation of two estimates from which on it is said.
 TIED = 0.9
+#: How sure the mean of pooled levels is zero, by what the data say of one level.
+MEAN_KNOWN = 1e3
 
 
 @dataclass(frozen=True)
@@ -75,9 +78,12 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
     covariance; Liang, Zeger, Biometrika 73 (1986)), and are not narrower than those of independent white residuals. The
     score of a test is that of a fit without it (Bell, McCaffrey, Survey Methodology 28 (2002)): a fit follows the few
     tests that tell of a parameter, so what it leaves of them says too little.
+
+    Offsets of pooled levels are those against the mean of these levels, and what draws them towards zero is part of what is known.
     """
     if not effects:
         return FittedTerms([], np.empty(0), [])
+    effects = as_fitted(campaign, effects)
     problem = solve_jointly(campaign, law, effects)
     coefficients, amplitudes = problem.solve(problem.shapes)
     blocks = problem.columns(problem.shapes)
@@ -85,7 +91,8 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
     for block, values in zip(blocks, amplitudes, strict=True):
         residual = residual - block @ values
     names, columns, places = _jacobian(problem, blocks, amplitudes)
-    width, covariance = _half_widths(campaign, problem, columns, residual)
+    known = _known_before(problem, blocks, columns, places)
+    width, covariance = _half_widths(campaign, problem, columns, residual, known)
     terms = []
     for k, (effect, shape, values, block) in enumerate(
         zip(effects, problem.shapes, amplitudes, blocks, strict=True)
@@ -136,14 +143,39 @@ def _jacobian(
     return names, np.asarray(problem.whiten(np.column_stack(columns))), places
 
 
+def _known_before(
+    problem: JointProblem, blocks: list[FloatArray], columns: FloatArray, places: list[dict[str, int]]
+) -> FloatArray:
+    """Return what is known of the parameters beside the data, for columns of norm 1, shape (free, free).
+
+    That is what draws offsets of levels towards zero, and that their mean is that of the levels: without it, it is tied to the base.
+    """
+    known = np.zeros((columns.shape[1], columns.shape[1]))
+    if not any(e.pooled for e in problem.effects):
+        return known
+    p = problem.base.shape[1]
+    matrix = np.column_stack([problem.base, *blocks])
+    free = np.linalg.lstsq(problem.whiten(matrix), problem.whiten(problem.y), rcond=1e-10)[0]
+    pull, first = problem.pull(blocks, free), p
+    for effect, own, block in zip(problem.effects, places, blocks, strict=True):
+        if effect.pooled:
+            at = p + np.array([own[a.name] for a in effect.amplitudes])
+            drawn = pull[first : first + len(at)] ** 2
+            known[at, at] += drawn
+            mean = drawn * np.linalg.norm(columns[:, at], axis=0)
+            known[np.ix_(at, at)] += MEAN_KNOWN * np.outer(mean, mean) / max(float(mean @ mean), 1e-300)
+        first += block.shape[1]
+    return known
+
+
 def _half_widths(
-    campaign: BinnedTests, problem: JointProblem, columns: FloatArray, residual: FloatArray
+    campaign: BinnedTests, problem: JointProblem, columns: FloatArray, residual: FloatArray, known: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return half of the 95 % interval of every parameter, and their covariance."""
+    """Return half of the 95 % interval of every parameter, and their covariance; `known` is that of `_known_before`."""
     tests, free = len(campaign.tests), columns.shape[1]
     norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     unit = columns / norms
-    inverse = np.linalg.pinv(unit.T @ unit, rcond=1e-10)
+    inverse = np.linalg.pinv(unit.T @ unit + known, rcond=1e-10)
     white = np.asarray(problem.whiten(residual))
     plain = inverse * float(white @ white) / max(len(white) - free, 1)
     scores = np.zeros((tests, free))
@@ -154,8 +186,8 @@ def _half_widths(
     clustered = inverse @ (scores.T @ scores) @ inverse * (tests - 1) / tests
     variance = np.maximum(np.diag(clustered), np.diag(plain))
     chosen = clustered if tests > free else plain
-    known = max(min(tests - 1, len(white) - free), 1)
-    half = float(stdtrit(known, 0.975)) * np.sqrt(np.maximum(variance, 0.0)) / norms
+    degrees = max(min(tests - 1, len(white) - free), 1)
+    half = float(stdtrit(degrees, 0.975)) * np.sqrt(np.maximum(variance, 0.0)) / norms
     return half, chosen / np.maximum(np.outer(norms, norms), 1e-300)
 
 
@@ -166,6 +198,11 @@ def _tied(names: list[str], covariance: FloatArray) -> list[tuple[str, str, floa
         (a, b, float(np.clip(correlation[i, j], -1.0, 1.0)))
         for i, a in enumerate(names)
         for j, b in enumerate(names)
-        if i < j and abs(correlation[i, j]) > TIED
+        if i < j and abs(correlation[i, j]) > TIED and not _levels_of_one(a, b)
     ]
     return sorted(pairs, key=lambda p: -abs(p[2]))
+
+
+def _levels_of_one(first: str, second: str) -> bool:
+    """Return whether two parameters are offsets of levels of one effect, which are known to differ by what they are."""
+    return "[" in first and first.split("[")[0] == second.split("[")[0]
