@@ -32,7 +32,7 @@ from .further_tests.next_tests import Question, propose
 from .judge.confidence import grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED, Confirmation
 from .judge.hidden_effects import unseen_sizes
-from .judge.identifiability import limits
+from .judge.identifiability import limits, same_columns
 from .judge.level_offset import LevelOffset, level_of
 from .judge.unseen_tests import UnseenTests
 from .judge.verdict import LEVEL, Evidence
@@ -130,6 +130,7 @@ def assemble(
     if verdict in {"unknown_structure", "partly_explained"} or judged.confirmed.leaves_much:
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
+    warnings += same_columns(campaign, effects, [f.effect for f in found.ranking])
     warnings += uncertain_drivers(whole[0], fitted.terms)
     unsure = sure <= EITHER < most and factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
@@ -230,7 +231,7 @@ def _to_separate(judged: Judged, confusion: list[str]) -> list[Fit]:
     ranking, chosen = judged.found.ranking, judged.chosen
     rivals = [f for n in confusion or judged.evidence.confusion_set for f in ranking if f.name == n]
     rivals = rivals or chosen[:1]
-    if len(rivals) == 1:
+    if len(rivals) == 1 and len(confusion) < 2:
         rivals += [f for f in ranking if f.name != rivals[0].name and f.gain > 0][:1]
     if not rivals and judged.verdict == "unknown_structure":
         rivals = [f for f in ranking[:1] if f.gain > 0]

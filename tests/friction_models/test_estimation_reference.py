@@ -182,7 +182,7 @@ def test_metadata_may_be_called_like_a_load(name: str) -> None:
     for column in ("other", name):
         campaign = prepare(data, pd.DataFrame({"test_id": ids, column: random}))
         reference, base, folds = reference_of(campaign)
-        assert reference.metadata == [column]
+        assert reference.metadata == (column,)
         found.append(reference.out_of_fold(base, folds)[0])
     np.testing.assert_array_equal(*found)
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from ...effects.base import Effect
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.noise.reference import Reference
+from ...estimation.noise.reference import Predicted, Reference
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace, places_of
@@ -24,7 +24,7 @@ class BesideReference:
 
     def __init__(self, campaign: BinnedTests, unseen: UnseenTests, found: SearchRound) -> None:
         self.campaign, self.unseen, self.found = campaign, unseen, found
-        self._flexible: dict[tuple[tuple[str, int], ...], tuple[FloatArray, FloatArray]] = {}
+        self._flexible: dict[tuple[tuple[str, int], ...], Predicted] = {}
 
     @cached_property
     def reference(self) -> Reference:
@@ -33,8 +33,8 @@ class BesideReference:
 
     def shares(self, kept: Sequence[Fit], alone: float = BELIEVED) -> ErrorShares:
         """Return the budget of the model with effects; where nothing is named, what is missing is `alone` standard errors sure at least."""
-        known = [self._errors(self._predicted(fits)[0]) for fits in ([[], kept] if kept else [[]])]
-        weighed = self._errors(self._predicted(kept)[1])
+        known = [self._errors(self._predicted(fits).flexible) for fits in ([[], kept] if kept else [[]])]
+        weighed = self._errors(self._predicted(kept).alone)
         needed = 1.0 if kept else alone
         return error_shares(
             self.unseen.errors(), self.unseen.errors(effects_of(kept)), known, weighed, needed
@@ -47,26 +47,26 @@ class BesideReference:
         ways = [unseen, *more]
         predicted = [self.reference.out_of_fold(terms, way.fold_of_test, anew=True) for way in ways]
         base = mean_of([way.errors() for way in ways])
-        known, weighed = (mean_of([self._errors(p) for p in which]) for which in zip(*predicted, strict=True))
+        known, weighed = (
+            mean_of([self._errors(p.flexible) for p in predicted]),
+            mean_of([self._errors(p.alone) for p in predicted]),
+        )
         return error_shares(base, base, [known], weighed, BELIEVED)
 
     def beyond(self, kept: Sequence[Fit]) -> FloatArray:
         """Return what the reference predicts of unseen tests beyond the model with what is named, in the bins, shape (m,)."""
         model = self.found.y - self.unseen.residual(effects_of(kept))
-        return self._predicted(kept)[0] - model
+        return self._predicted(kept).flexible - model
 
     def places(self, kept: Sequence[Fit]) -> list[StructurePlace]:
         """Return where the reference predicts something else than the model with what is named."""
-        return places_of(self.campaign, self.beyond(kept), self.reference.metadata)
+        return places_of(self.campaign, self.beyond(kept), self._predicted(kept).metadata)
 
     def _errors(self, predicted: FloatArray) -> ErrorsByTest:
         return errors_of_tests(self.campaign, self.found.y - predicted)
 
-    def _predicted(self, kept: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
-        """Return what the reference beside the model and effects predicts of unseen tests, and they alone with its noise.
-
-        It is computed once for each set of effects.
-        """
+    def _predicted(self, kept: Sequence[Fit]) -> Predicted:
+        """Return what the reference beside the model and effects predicts of unseen tests; once for each set of effects."""
         key = tuple(sorted((f.name, f.index) for f in kept))
         if key not in self._flexible:
             columns = self.found.columns_with(kept)

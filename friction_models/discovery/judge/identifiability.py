@@ -8,9 +8,12 @@ from itertools import permutations
 import numpy as np
 from scipy.stats import rankdata
 
+from ...effects.base import Effect
+from ...effects.metadata.factor import PREFIX
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
-from ...estimation.campaign.factors import same_levels
+from ...estimation.campaign.factors import factors_like, same_levels
+from ...estimation.campaign.metadata import levels_text
 from ...estimation.noise.noise_floor import sensor_noise
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.unseen_loads import WITHIN, within_share
@@ -64,6 +67,20 @@ def limits(campaign: BinnedTests, base: BaseLaw, evidence: Evidence) -> list[str
             notes.append(
                 f"only {100 * share:.1f} % of the variation of {winner.name} shows beside the base: "
                 "its form is seen, its amplitude is poorly known"
+            )
+    return notes
+
+
+def same_columns(campaign: BinnedTests, named: Sequence[Effect], others: Sequence[Effect]) -> list[str]:
+    """Return a warning for each effect of a column of the test table whose levels further columns share, beside those of `others`."""
+    notes = []
+    for effect in named:
+        columns = [*effect.metadata, *(n.removeprefix(PREFIX) for n in factors_like(campaign, effect, others))]
+        if len(columns) > 1:
+            told = " and ".join(levels_text(campaign.loads, name) for name in columns)
+            notes.append(
+                f"{told} change together in all tests, so nothing tells which of them it is; run the same loads again with each value "
+                "of the one with each of the other"
             )
     return notes
 

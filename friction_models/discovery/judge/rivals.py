@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.factors import factors_like
 from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
@@ -51,7 +52,7 @@ class Rivals:
         """Return for each name the effects that would leave hardly more in its place, or that some tests prefer to it.
 
         The winner of the scan is named first. A lead below what is `missing`, though it can be predicted, may be a matter of formulas;
-        so is any lead over an effect of a load that is the same in these tests.
+        so is any lead over an effect of a load that is the same in these tests, or over a column that has the same levels.
         """
         if not kept:
             return {}
@@ -81,6 +82,8 @@ class Rivals:
                 and f.gain > least
                 and not self._apart(kept, [*beside, f], beside, named, f)
             ]
+        for f in kept:
+            found[f.name] += factors_like(self.campaign, f.effect, (r.effect for r in self.found.ranking))
         return found
 
     def behind(self, kept: Sequence[Fit], alike: Sequence[str]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from scipy.stats import rankdata
 from ...common import InputError
 from ...common.errors import shown
 from ...effects.base import Effect
-from ...effects.metadata.factor import Factor, scanned_factor
+from ...effects.metadata.factor import PREFIX, Factor, scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from .binning import BinnedTests
@@ -32,16 +32,15 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
     one divides the levels of the other both stay: neither can stand for the other. The order of the columns does not matter.
     """
     used = {m for e in effects for m in e.metadata}
-    others = used | {*NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}
     at = {n: c[campaign.point_starts, 0] for n, c in campaign.system.items()}
     loads = [n for n in campaign.varied if campaign.sets_apart(n)]
     known = {n: campaign.of_tests(campaign.average(getattr(campaign.loads, n))) for n in loads}
     columns = {n: at[n] for n in sorted(used & set(at)) if np.ptp(at[n]) > 0.0}
     found: list[Effect] = []
     alike: list[str] = []
-    for name in sorted(set(at) - others):
+    for name in _further(campaign, used):
         values, text = at[name], is_text(campaign.loads, name)
-        if _says_nothing(values, text) or not name.strip() or not name.isprintable():
+        if _says_nothing(values, text):
             continue
         same = [n for n, v in known.items() if _follows(v, values, text)]
         same += [n for n, v in columns.items() if same_levels(values, v) or _correlated(values, v, text)]
@@ -56,6 +55,23 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
             f"of {len(found)} further columns of the test table only the first {MOST_COLUMNS} by name were tested"
         )
     return found[:MOST_COLUMNS], notes[0 if alike else 1 :]
+
+
+def factors_like(campaign: BinnedTests, effect: Effect, others: Iterable[Effect]) -> list[str]:
+    """Return the names of factors that no test tells from an effect, for they have the same levels; those of `others` left out."""
+    used = {m for e in (effect, *others) for m in e.metadata}
+    own = [campaign.system[m][campaign.point_starts, 0] for m in effect.metadata if m in campaign.system]
+    return [
+        PREFIX + name
+        for name in _further(campaign, used)
+        if any(same_levels(campaign.system[name][campaign.point_starts, 0], values) for values in own)
+    ]
+
+
+def _further(campaign: BinnedTests, used: Collection[str]) -> list[str]:
+    """Return the columns of the test table that may be factors beside those `used`."""
+    others = {*used, *NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}
+    return sorted(n for n in campaign.system if n not in others and n.strip() and n.isprintable())
 
 
 def check_factors(campaign: BinnedTests, effects: Iterable[Effect], tests: npt.NDArray[np.bool_]) -> None:

@@ -23,6 +23,7 @@ from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw
 from ..search.candidates import bin_means, contribution, evaluate, spans_of
+from ..search.law_signs import largest_amplitudes
 from ..search.scan import Projector, best_fit, prepare_candidate
 from ..search.search_round import flexible_mean
 from .pooling import by_test, shrinkage
@@ -150,9 +151,10 @@ class JointProblem:
             matrix, target = np.vstack([matrix, np.diag(pull * scale)]), np.r_[target, np.zeros(len(x))]
             x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
         signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
-        if np.any(x[p:] * signs < 0.0):
-            low = np.r_[np.full(p, -np.inf), np.where(signs > 0, 0.0, -np.inf)]
-            high = np.r_[np.full(p, np.inf), np.where(signs < 0, 0.0, np.inf)]
+        most = scale[p:] * largest_amplitudes(self.campaign, np.column_stack(blocks))
+        low, high = np.where(signs > 0, 0.0, -most), np.where(signs < 0, 0.0, most)
+        if np.any((x[p:] < low) | (x[p:] > high)):
+            low, high = np.r_[np.full(p, -np.inf), low], np.r_[np.full(p, np.inf), high]
             q, r = np.linalg.qr(matrix / scale)
             # The base is unbounded: scipy multiplies infinite steps to its bounds by zero, and discards the result.
             with np.errstate(invalid="ignore"):

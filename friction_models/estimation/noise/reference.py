@@ -32,15 +32,24 @@ MOST_TESTS = 200
 class _Prepared(NamedTuple):
     """The least-squares problem of a reference: rows and target in units of the noise, the rows as they are, the prior.
 
-    The first columns, as many as are `free`, are terms without a prior.
+    The first columns, as many as are `free`, are terms without a prior. `metadata` is what the measurements need of it.
     """
 
+    metadata: tuple[str, ...]
     rows: FloatArray
     target: FloatArray
     plain: FloatArray
     precision: FloatArray
     offset: float
     free: int
+
+
+class Predicted(NamedTuple):
+    """What tests of other folds say of mu in each bin, shape (m,)."""
+
+    flexible: FloatArray  #: With the curves.
+    alone: FloatArray  #: By the terms alone.
+    metadata: tuple[str, ...]  #: Columns of the test table along which there are curves.
 
 
 class Reference:
@@ -58,7 +67,7 @@ class Reference:
         self.scale = float(np.std(y)) or 1e-9
         #: Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
         self.names, self.curves, self._metadata = reference_curves(campaign, without)
-        self.metadata = [self.names[k] for k in self._metadata]
+        self.metadata = tuple(self.names[k] for k in self._metadata)
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
         self._starts = campaign.first_bins
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
@@ -66,8 +75,8 @@ class Reference:
 
     def out_of_fold(
         self, terms: FloatArray, fold_of_test: npt.NDArray[np.intp], anew: bool = False
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return what the tests of the other folds say of mu in each bin, shape (m,), with the curves and by the terms alone.
+    ) -> Predicted:
+        """Return what the tests of the other folds say of mu in each bin.
 
         `terms`, shape (m, p), are columns with free coefficients beside the curves: base and effects. Both weigh tests and points
         by the same noise. With `anew` the prior variances of each fold come from the other folds, too: it takes as many times
@@ -75,14 +84,16 @@ class Reference:
         """
         fold = fold_of_test[self.campaign.test]
         whole = None if anew else self._prepared(terms)
-        predicted, alone = np.empty(len(self.y)), np.empty(len(self.y))
+        flexible, alone = np.empty(len(self.y)), np.empty(len(self.y))
+        needed: dict[str, None] = {}
         for k in np.unique(fold):
             part = self._prepared(terms, fold != k) if whole is None else whole
+            needed.update(dict.fromkeys(part.metadata))
             gram, score = _normal(part, fold != k)
-            for values, n in ((predicted, len(gram)), (alone, part.free)):
+            for values, n in ((flexible, len(gram)), (alone, part.free)):
                 b = _solved(part.precision[:n], gram[:n, :n], score[:n])
                 values[fold == k] = part.plain[fold == k, :n] @ b
-        return predicted, alone
+        return Predicted(flexible, alone, tuple(needed))
 
     def surprise(self, terms: FloatArray, left_out: Mask | None = None) -> FloatArray:
         """Return how far the mean of each test lies from what all others say, in standard deviations, shape (tests,).
@@ -137,7 +148,7 @@ class Reference:
         apart, root = _decorrelated(self._white[:, 0], offset / noise, self._starts), np.sqrt(noise)
         plain = np.column_stack([terms, *(c.columns for c in self.curves)])
         white = apart(rows) / root, apart(self._white[:, 1]) / root
-        return _Prepared(*white, plain, precision, offset, terms.shape[1])
+        return _Prepared(self.metadata, *white, plain, precision, offset, terms.shape[1])
 
     def _some(self, seen: Mask) -> Mask:
         """Return the bins of tests that were seen; of many tests, of as many as are enough, taken evenly."""

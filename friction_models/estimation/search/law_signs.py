@@ -20,6 +20,15 @@ OWN_WAY = 0.15
 RANGES = 25
 
 
+def largest_amplitudes(campaign: BinnedTests, columns: FloatArray) -> FloatArray:
+    """Return the amplitudes with which terms in the bins, shape (m, ...), change mu by as much as was measured at most, shape (...).
+
+    What changes it by more is a difference of two large numbers, of which the base has the other one: no friction that was ever seen.
+    """
+    spread = np.ptp(columns, axis=0)
+    return np.asarray(float(np.max(campaign.average(campaign.mu))) / np.maximum(spread, 1e-300))
+
+
 def physical_sets(
     campaign: BinnedTests,
     prepared: Prepared,
@@ -30,16 +39,18 @@ def physical_sets(
 ) -> npt.NDArray[np.bool_]:
     """Return for each set of shape parameters whether base and effect together run the physical way somewhere.
 
-    Only effects of one load, with one amplitude of known sign, are judged; all others are allowed. `residual`, shape (m,), is
+    No term may change mu by more than was measured. Beyond that, only effects of one load, with one amplitude of known sign, are
+    judged; all others are allowed. `residual`, shape (m,), is
     whitened, without the base; `columns`, shape (m, p), and `y`, shape (m,), are the base and mu in the bins.
     """
     effect, bins = prepared.candidate.effect, prepared.candidate.columns
-    sets = bins.shape[1]
+    amplitudes = drops(prepared, np.einsum("mga,m->ga", prepared.columns, residual))[1]
+    sized = np.all(np.abs(amplitudes) <= largest_amplitudes(campaign, bins), axis=1)
     name = effect.driver[0]
     signed = len(effect.driver) == 1 and len(effect.amplitudes) == 1 and effect.amplitudes[0].sign != 0
     if not signed or name not in LOAD_NAMES or not campaign.varies(name) or columns.shape[1] < 2:
-        return np.ones(sets, dtype=bool)
-    amplitude = drops(prepared, np.einsum("mga,m->ga", prepared.columns, residual))[1][:, 0]
+        return sized
+    amplitude = amplitudes[:, 0]
     # slope of the base along this load, the others held, for every set
     varied = [n for n in LOAD_NAMES if campaign.varies(n)]
     loads = np.column_stack([campaign.average(getattr(campaign.loads, n)) for n in varied])
@@ -58,4 +69,4 @@ def physical_sets(
     way = np.sign(term[-1] - term[0])
     steps = np.diff(slope * place[:, None] + term, axis=0) * way
     right, wrong = np.maximum(steps, 0.0).sum(axis=0), np.maximum(-steps, 0.0).sum(axis=0)
-    return np.asarray((right >= OWN_WAY * (right + wrong)) | (amplitude == 0.0))
+    return np.asarray(sized & ((right >= OWN_WAY * (right + wrong)) | (amplitude == 0.0)))

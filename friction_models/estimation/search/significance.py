@@ -42,7 +42,7 @@ def null_noise(
     freedom: Freedom,
     rng: np.random.Generator,
     count: int,
-    fitted: int = 0,
+    fitted: int,
 ) -> FloatArray:
     """Return whitened data in which nothing is missing, shape (m, count); `test` numbers the test of each bin, or its setting.
 

@@ -33,6 +33,10 @@ ORDER_KNOTS = 12
 MOST_LEVELS_APART = 4
 #: Places that are told of a difference of two predictions, and share of it that each must follow.
 MOST_PLACES, LEAST_OF_PLACE = 2, 0.1
+#: Columns that leave less than this share of all numbers free follow anything.
+LEAST_FREE = 0.5
+#: Columns of each of two curves whose products are a surface.
+IN_SURFACES = 3
 
 
 class StructurePlace(TypedDict):
@@ -83,7 +87,7 @@ def own_misfit(campaign: BinnedTests, found: SearchRound, fit: Fit, signal: Floa
 
 
 def _noise(
-    campaign: BinnedTests, found: SearchRound, residual: FloatArray, seed: int, fitted: int = 0
+    campaign: BinnedTests, found: SearchRound, residual: FloatArray, seed: int, fitted: int
 ) -> FloatArray:
     """Return whitened data in which nothing of a residual is missing, shape (m, replicates); `fitted` numbers were fitted to it."""
     setting, level = campaign.setting[campaign.test], found.whiten(np.ones(len(found.y)))
@@ -100,7 +104,7 @@ def find_structure(campaign: BinnedTests, found: SearchRound, signal: FloatArray
     base = np.column_stack([found.whiten(found.columns), signal])
     project = Projector(base)
     residual = project(found.residual)
-    data = np.column_stack([residual, project(_noise(campaign, found, residual, seed))])
+    data = np.column_stack([residual, project(_noise(campaign, found, residual, seed, project.q.shape[1]))])
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():
         q = Projector(project(found.whiten(columns))).q
@@ -190,7 +194,7 @@ def _blocks(campaign: BinnedTests, metadata: Sequence[str]) -> dict[tuple[str, .
     curves = loads | {n: _metadata_curve(campaign, n) for n in metadata}
     found: dict[tuple[str, ...], _Block] = {(n,): _Block(weighted(c)) for n, c in curves.items()}
     for pair in [*combinations(loads, 2), *((a, n) for n in metadata for a in loads)]:
-        a, b = (curves[n] for n in pair)
+        a, b = (curves[n][:, :IN_SURFACES] for n in pair)
         found[pair] = _Block(weighted(_with_products(a, b)), weighted(np.column_stack([a, b])))
     return found
 
@@ -200,7 +204,8 @@ def _strongest(
 ) -> tuple[tuple[str, ...], FloatArray]:
     """Return the block that follows most of a difference, weighted by points, and what it follows of it.
 
-    A surface is compared only if it follows more than curves along both its loads, beyond what so many columns would by chance.
+    What so many columns would follow by chance does not count. A surface is compared only if it follows more than curves along both
+    its loads.
     """
     whole = max(float(target @ target), 1e-300)
     level = campaign.of_tests(target / np.sqrt(campaign.count))[campaign.test]
@@ -213,7 +218,7 @@ def _strongest(
     def adjusted(q: FloatArray) -> float:
         """Return the share that columns follow, less what so many would by chance."""
         free = numbers - 1.0 - q.shape[1]
-        return 1.0 - (1.0 - followed(q)) * (numbers - 1.0) / free if free > 0.0 else -np.inf
+        return 1.0 - (1.0 - followed(q)) * (numbers - 1.0) / free if free > LEAST_FREE * numbers else -np.inf
 
     shares = {key: adjusted(block.columns) for key, block in blocks.items()}
 
@@ -224,7 +229,7 @@ def _strongest(
         one = max(shares[(n,)] for n in key)
         return shares[key] >= max(one + INTERACTION, adjusted(apart) + PRODUCTS)
 
-    best = max(filter(needed, blocks), key=lambda key: followed(blocks[key].columns))
+    best = max(filter(needed, blocks), key=lambda key: shares[key])
     q = blocks[best].columns
     return best, q @ (q.T @ target)
 
@@ -244,7 +249,7 @@ def _curves(campaign: BinnedTests, knots: int = KNOTS) -> dict[str, FloatArray]:
 
 def _with_products(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return two curves with the products of their first columns."""
-    return np.column_stack([a, b, products(a[:, :3], b[:, :3])])
+    return np.column_stack([a, b, products(a[:, :IN_SURFACES], b[:, :IN_SURFACES])])
 
 
 def _described(campaign: BinnedTests, key: tuple[str, ...], fit: FloatArray, share: float) -> StructurePlace:
