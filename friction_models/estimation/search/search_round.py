@@ -197,12 +197,10 @@ def search(
     for p in prepared:
         p.usable &= physical_sets(campaign, p, residual, whiten, columns, y)[:, None]
     prepared = [p for p in prepared if p.usable.any()]
-    winner = None if also_in_mean is None else Projector(project(whiten(also_in_mean)))
-    unexplained = residual if winner is None else winner(residual)
-    fitted = project.q.shape[1] + (0 if winner is None else winner.q.shape[1])
+    unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
     rng = np.random.default_rng(seed)
     setting, level = campaign.setting[campaign.test], whiten(np.ones(len(y)))
-    noise = null_noise(unexplained, level, setting, freedom, rng, REPLICATES, fitted)
+    noise = null_noise(unexplained, level, setting, freedom, rng, REPLICATES, project.q)
     simulated = simulate(prepared, project, noise)
     ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
     by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)

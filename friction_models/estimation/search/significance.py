@@ -42,26 +42,40 @@ def null_noise(
     freedom: Freedom,
     rng: np.random.Generator,
     count: int,
-    fitted: int,
+    fitted: FloatArray | None = None,
 ) -> FloatArray:
     """Return whitened data in which nothing is missing, shape (m, count); `test` numbers the test of each bin, or its setting.
 
     The residual of every whole test, or setting of several, with a random sign (wild bootstrap; Cameron, Gelbach, Miller, Rev. Econ. Stat. 90
     (2008)): tests that scatter more, skewed noise, heavy tails and single odd tests stay as they are. A residual is smaller than
-    the noise by the numbers that were `fitted` to it (MacKinnon, White, J. Econometrics 29 (1985) 305). With few tests there
-    are too few signs: normal noise then, whose scale varies as that of a floor that was estimated from so little. What a common
-    shift of a whole test, `level` (whitened ones), makes of a bin is known from the tests alone; the rest from all that lies along
-    them.
+    the noise by what was `fitted` to it, orthonormal columns of shape (m, k) (MacKinnon, White, J. Econometrics 29 (1985) 305). With
+    few tests there are too few signs: normal noise then, whose scale varies as that of a floor that was estimated from so little. What
+    a common shift of a whole test, `level` (whitened ones), makes of a bin is known from the tests alone; the rest from all that lies
+    along them.
     """
     tests = int(test.max()) + 1
     if tests >= FLIPPED or freedom.shared:
         signs = rng.choice([-1.0, 1.0], (tests, count))
-        return residual[:, None] * signs[test] * np.sqrt(tests / max(tests - fitted, 1))
+        return _as_large_as_before(residual, level, test, fitted)[:, None] * signs[test]
     along = np.empty((len(residual), count))
     along[np.argsort(test, kind="stable")] = rng.standard_normal(along.shape)
     between = _common_to_tests(along, level, test)
     scales = [np.sqrt(f / rng.chisquare(f, count)) for f in (freedom.between, freedom.along)]
     return np.asarray(between * scales[0] + (along - between) * scales[1])
+
+
+def _as_large_as_before(
+    residual: FloatArray, level: FloatArray, test: npt.NDArray[np.intp], fitted: FloatArray | None
+) -> FloatArray:
+    """Return a residual as large as it was before columns were fitted, what tests have in common and the rest each by its own numbers."""
+    if fitted is None:
+        return residual
+    tests, rows = int(test.max()) + 1, len(residual)
+    between = _common_to_tests(residual[:, None], level, test)[:, 0]
+    spent = float(np.sum(_common_to_tests(fitted, level, test) ** 2))
+    larger = np.sqrt(tests / max(tests - spent, 1.0))
+    along = np.sqrt((rows - tests) / max(rows - tests - (fitted.shape[1] - spent), 1.0))
+    return np.asarray(between * larger + (residual - between) * along)
 
 
 def _common_to_tests(white: FloatArray, level: FloatArray, test: npt.NDArray[np.intp]) -> FloatArray:

@@ -82,14 +82,14 @@ def own_misfit(campaign: BinnedTests, found: SearchRound, fit: Fit, signal: Floa
         return Misfit()
     residual = project(found.residual)
     drop = float(np.sum((q.T @ residual) ** 2))
-    null = np.sum((q.T @ _noise(campaign, found, residual, seed, project.q.shape[1])) ** 2, axis=0)
+    null = np.sum((q.T @ _noise(campaign, found, residual, seed, project.q)) ** 2, axis=0)
     return Misfit(drop - float(null.mean()), (1 + int(np.sum(null >= drop))) / (1 + REPLICATES))
 
 
 def _noise(
-    campaign: BinnedTests, found: SearchRound, residual: FloatArray, seed: int, fitted: int
+    campaign: BinnedTests, found: SearchRound, residual: FloatArray, seed: int, fitted: FloatArray
 ) -> FloatArray:
-    """Return whitened data in which nothing of a residual is missing, shape (m, replicates); `fitted` numbers were fitted to it."""
+    """Return whitened data in which nothing of a residual is missing, shape (m, replicates); `fitted` as of `null_noise`."""
     setting, level = campaign.setting[campaign.test], found.whiten(np.ones(len(found.y)))
     rng = np.random.default_rng([seed, 77])
     return null_noise(residual, level, setting, found.freedom, rng, REPLICATES, fitted)
@@ -104,7 +104,7 @@ def find_structure(campaign: BinnedTests, found: SearchRound, signal: FloatArray
     base = np.column_stack([found.whiten(found.columns), signal])
     project = Projector(base)
     residual = project(found.residual)
-    data = np.column_stack([residual, project(_noise(campaign, found, residual, seed, project.q.shape[1]))])
+    data = np.column_stack([residual, project(_noise(campaign, found, residual, seed, project.q))])
     scores, fits, excess = [], {}, {}
     for key, columns in blocks.items():
         q = Projector(project(found.whiten(columns))).q
