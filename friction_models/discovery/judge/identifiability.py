@@ -75,7 +75,10 @@ def same_columns(campaign: BinnedTests, named: Sequence[Effect], others: Sequenc
     """Return a warning for each effect of a column of the test table whose levels further columns share, beside those of `others`."""
     notes = []
     for effect in named:
-        columns = [*effect.metadata, *(n.removeprefix(PREFIX) for n in factors_like(campaign, effect, others))]
+        columns = [
+            *effect.metadata,
+            *(n.removeprefix(PREFIX) for n in factors_like(campaign, effect, others)),
+        ]
         if len(columns) > 1:
             told = " and ".join(levels_text(campaign.loads, name) for name in columns)
             notes.append(

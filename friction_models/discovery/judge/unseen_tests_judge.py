@@ -14,7 +14,7 @@ from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
-from .error_budget import BELIEVED, ErrorShares
+from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
 from .names import CLEAR, Names, falls
 from .rivals import Further, Rivals, told
@@ -64,7 +64,8 @@ class UnseenTestsJudge:
         verdict, chosen = self._doubted(verdict, chosen, named, bent, alone)
         verdict, kept, shares = self._named(verdict, chosen, named, alone)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
-        if (likelier := self.rivals.credible_first(kept, beside, alike)) is not kept:
+        likelier = self.rivals.credible_first(kept, beside, alike)
+        if likelier is not kept and helps(self.unseen.errors(), self.unseen.errors(effects_of(likelier))):
             kept, shares = likelier, self.beside.shares(likelier)
             verdict = "explained" if verdict == "data_problem" else verdict
             beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)

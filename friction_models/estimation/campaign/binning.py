@@ -66,7 +66,7 @@ class BinnedTests:
     #: States of effects whose evolution does not depend on shape parameters, with the mu that drove them.
     integrated: dict[str, tuple[FloatArray, dict[str, FloatArray]]] = field(default_factory=dict, repr=False)
     #: Curves along the loads, once they have been computed, shape (m, k).
-    smooth: FloatArray | None = field(default=None, repr=False)
+    smooth: list[FloatArray] | None = field(default=None, repr=False)
 
     @property
     def as_read(self) -> TriboLoads:

@@ -38,6 +38,8 @@ OUTLYING = 8.0
 MOST_OUTLIERS = 0.02
 #: Share of a column that must differ from test to test.
 DIFFERS = 0.02
+#: Share of the tests whose levels a flexible mean fits at most: the others show how they scatter.
+MOST_SPENT = 0.75
 #: What a test tells of slow noise along it, which effects resemble: its trend and its bend.
 SLOW = 2
 #: Correlation of what effects contribute to the data from which on they contribute the same.
@@ -111,14 +113,21 @@ def flexible_mean(campaign: BinnedTests, base: FloatArray) -> FloatArray:
     With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
     """
     if campaign.smooth is None:
-        campaign.smooth = campaign.average(_smooth_columns(campaign))
-    return np.column_stack([campaign.average(base), campaign.smooth])
+        campaign.smooth = [campaign.average(columns) for columns in _smooth_columns(campaign)]
+    mean = campaign.average(base)
+    for columns in campaign.smooth:
+        more = np.column_stack([mean, columns])
+        if _spent(campaign, more) <= MOST_SPENT * len(campaign.tests):
+            mean = more
+    return mean
 
 
-def _smooth_columns(campaign: BinnedTests) -> FloatArray:
+def _smooth_columns(campaign: BinnedTests) -> list[FloatArray]:
+    """Return what a flexible mean follows at every point, what few tests need first."""
     tests = len(campaign.tests)
     z = polynomial_columns(campaign.loads, 1)
-    columns = []
+    within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)
+    columns = [np.column_stack([within, np.sqrt(within), np.exp(-within / 0.03), np.exp(-within / 0.1)])]
     if tests >= 8:
         columns.append(np.column_stack([z, z**2]))
         if campaign.varies("v_rel"):  # laws of speed run over decades
@@ -127,9 +136,16 @@ def _smooth_columns(campaign: BinnedTests) -> FloatArray:
         columns.append(polynomial_columns(campaign.loads, 2))
     if tests >= 60:
         columns.append(np.column_stack([np.maximum(z - q, 0.0) ** 2 for q in (-0.8, 0.8)]))
-    within = campaign.distance[:, None] / max(float(campaign.distance.max()), 1e-300)
-    columns.append(np.column_stack([within, np.sqrt(within), np.exp(-within / 0.03), np.exp(-within / 0.1)]))
-    return np.column_stack(columns)
+    return columns
+
+
+def _spent(campaign: BinnedTests, columns: FloatArray) -> int:
+    """Return how many numbers columns in the bins fit to the levels of the tests.
+
+    Columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test.
+    """
+    levels = np.column_stack([campaign.of_tests(column) for column in columns.T])
+    return int(independent_columns(levels, DIFFERS).shape[1])
 
 
 def _log_speed(campaign: BinnedTests) -> FloatArray:
@@ -260,10 +276,8 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
 
 def _freedom(campaign: BinnedTests, mean: FloatArray) -> Freedom:
     """Return what a flexible mean leaves to estimate the scatter between tests, and slow noise along them."""
-    levels = np.column_stack([campaign.of_tests(column) for column in mean.T])
-    # columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test
-    between = len(levels) - independent_columns(levels, DIFFERS).shape[1]
-    inside = mean - levels[campaign.test]
+    between = len(campaign.tests) - _spent(campaign, mean)
+    inside = mean - np.column_stack([campaign.of_tests(column) for column in mean.T])[campaign.test]
     inside = inside[:, np.linalg.norm(inside, axis=0) > DIFFERS * np.linalg.norm(mean, axis=0)]
     bent = independent_columns(inside, DIFFERS).shape[1] if inside.shape[1] else 0
     along = int(np.minimum(np.bincount(campaign.test) - 1, SLOW).sum()) - bent
