@@ -65,7 +65,9 @@ UNCERTAINTY_COLUMNS: dict[str, str] = {"sigma_n": "u_sigma_n", "psi": "u_psi", "
 LOAD_NAMES: tuple[str, ...] = tuple(q.name for q in LOADS)
 #: Columns of a time-series data set, in file order.
 POINT_COLUMNS: tuple[str, ...] = ("test_id", TIME.name, *LOAD_NAMES, MU.name)
-#: Units of these columns; `test_id` has none.
+#: The column of a table of tests that numbers them as they were run.
+ORDER = "order"
+#: Units of the columns of points; `test_id` has none.
 POINT_UNITS: dict[str, str] = {q.name: q.unit for q in (TIME, *LOADS, MU)}
 #: Units of standard uncertainties of the loads: differences, so that degC counts as K.
 UNCERTAINTY_UNITS: dict[str, str] = {"u_sigma_n": "MPa", "u_psi": "1", "u_T": "K"}

@@ -146,7 +146,9 @@ class TriboLoads:
                 raise InputError(
                     f"tests: test_id {str(twice[0])!r} stands in {int((table.index == twice[0]).sum())} rows; allowed: one row a test"
                 )
-            object.__setattr__(self, "context", table)
+            from .run_order import with_numbered_dates
+
+            object.__setattr__(self, "context", with_numbered_dates(table))
         if self.t is not None:
             order_of_tests(self.test_id, self.t, self.sd)
 

@@ -6,12 +6,11 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
-from ...estimation.campaign.metadata import ORDER
 from ...estimation.fit.parameters import FittedTerm, FittedTerms
 from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
-from ...loads.contract import behind
+from ...loads.contract import ORDER, behind
 from .wording import JUMP
 
 #: A fault of the data that makes more than this share of the measured mu of a test is worth a look at the rig.

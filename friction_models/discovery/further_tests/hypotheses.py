@@ -16,7 +16,6 @@ import numpy as np
 
 from ...effects.base import EffectContext
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.campaign.metadata import ORDER
 from ...estimation.noise.regular import regular_root
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import OPS, integrate, load_columns
@@ -26,6 +25,7 @@ from ...estimation.search.scan import Fit, drops
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import driven_by_load
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
+from ...loads.contract import ORDER
 from .deviations import Deviations
 from .formula_error import owed
 from .information import Outcomes

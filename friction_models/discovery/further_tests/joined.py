@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import pandas as pd
 
 from ...common import InputError
-from ...estimation.campaign.metadata import ORDER
 from ...loads import LOADS, DataSet
+from ...loads.contract import ORDER
 
 
 def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
-from ...estimation.campaign.metadata import ORDER, levels_text
+from ...estimation.campaign.metadata import levels_text
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
@@ -23,6 +23,7 @@ from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import driven_by_load
 from ...estimation.search.zero_reading import ZERO, expected, zero_is_known
 from ...loads import LOAD_NAMES, FloatArray
+from ...loads.contract import ORDER
 from .formula_error import allowance
 from .hypotheses import Hypotheses
 from .information import Outcomes

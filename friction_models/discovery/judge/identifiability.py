@@ -95,13 +95,16 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     tied = [
         f"{b} (correlation {value:+.2f})"
         for a, b in permutations(levels, 2)
-        if a in drivers and b not in drivers and abs(value := _correlation(levels[a], levels[b])) > TOGETHER
+        if a in drivers
+        and (b not in drivers or a < b)
+        and abs(value := _correlation(levels[a], levels[b])) > TOGETHER
     ]
     along = [b for b in one_load(campaign, drivers) if b not in levels]
     if along:
+        together = dict.fromkeys([*(n for n in drivers if n in campaign.varied), *along])
         return [
-            f"along the tests {' and '.join(n for n in drivers if n in campaign.varied)} moves with {' and '.join(along)}, in all of them alike: what "
-            "looks like an effect of the one may be one of the other; let them go apart in further tests"
+            f"along the tests {' and '.join(together)} move together, in all of them alike: what looks like an effect of the one may be one of "
+            "the other; let them go apart in further tests"
         ]
     if not tied:
         return []
@@ -112,10 +115,9 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
 
 
 def one_load(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
-    """Return the loads, that do not drive an effect, with which one that does rises or falls, between and along tests."""
+    """Return the loads with which one that drives an effect rises or falls, between and along tests; another driver, too."""
     own = [n for n in campaign.varied if n in drivers]
-    others = (n for n in campaign.varied if n not in drivers)
-    return [b for b in others if any(_are_one(campaign, a, b) for a in own)]
+    return [b for b in campaign.varied if any(a != b and _are_one(campaign, a, b) for a in own)]
 
 
 def one_cause(campaign: BinnedTests, drivers: Sequence[str], others: Sequence[str]) -> bool:

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ...common.errors import shown
 from ...loads import FloatArray, TriboLoads
+from ...loads.contract import ORDER
 
 #: Share of the tests that may lack a metadata value.
 MOST_EMPTY = 0.5
@@ -19,8 +21,6 @@ MOST_LEVELS = 0.7
 LARGEST = 1e100
 #: Values of a column that are listed; of more numbers the range.
 SHOWN = 4
-#: The column that numbers the tests as they were run.
-ORDER = "order"
 #: Columns that are no metadata: an empty cell there has a meaning of its own.
 NOT_METADATA = ("role", "F_r_zero", "F_r_zero_end")
 #: What an evaluation of the records writes beside the settings of a test. It follows from the points, mu_mean from mu itself: taken
@@ -52,13 +52,19 @@ def about_table(loads: TriboLoads) -> list[str]:
     if table is None or loads.test_id is None:
         return []
     if table.index.name != "test_id" and not table.index.isin(loads.test_id).any():
-        shown = ", ".join(map(str, table.columns[:6]))
-        return [f"the table of tests has no column test_id (it has {shown}): its metadata are not used"]
+        has = ", ".join(map(str, table.columns[:6]))
+        return [f"the table of tests has no column test_id (it has {has}): its metadata are not used"]
     names = np.unique(loads.test_id)
     known = np.isin(names, table.index.astype(str))
     if not known.any():
         return [
             f"no test of the table of tests is in the data (there {str(table.index[0])!r}, here {names[0]!r}): its metadata are not used"
+        ]
+    if is_text(loads, ORDER):
+        text = next(v for v in table[ORDER].dropna() if pd.isna(pd.to_numeric(v, errors="coerce")))
+        return [
+            f"the column {ORDER} of the table of tests holds {shown(str(text), 30)!r}: it is not used, so nothing is said about what changed from "
+            "test to test; allowed: numbers in the order of the runs, or dates such as 2024-01-31"
         ]
     return []
 
@@ -88,8 +94,8 @@ def recorded(loads: TriboLoads, name: str) -> str:
     if not _enough(values):
         return f"{name} is recorded for {len(values) - without} of {len(values)} tests"
     usual = _usual(values)
-    shown = f"the commonest, {usual!r}" if isinstance(usual, str) else f"the median, {usual:g}"
-    return f"{name} is not recorded for {without} of {len(values)} tests: they count with {shown}"
+    what = f"the commonest, {usual!r}" if isinstance(usual, str) else f"the median, {usual:g}"
+    return f"{name} is not recorded for {without} of {len(values)} tests: they count with {what}"
 
 
 def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
@@ -119,7 +125,7 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
     names = [c for c in loads.context.columns if str(c) not in NOT_METADATA]
     filled = with_all_metadata(loads.take(starts), names)
     for name in map(str, loads.context.columns):
-        if name in EVALUATED:
+        if name in EVALUATED or (name == ORDER and is_text(loads, name)):
             continue
         values = filled.context_column(name)
         if values is None or bool(pd.isna(values).any()):
@@ -167,5 +173,5 @@ def levels_text(loads: TriboLoads, name: str) -> str:
     values = pd.Series(column).dropna().unique()
     if len(values) > SHOWN and not is_text(loads, name):
         return f"{name} ({min(values):g} to {max(values):g})"
-    shown = sorted(f"{v:g}" if isinstance(v, int | float) else str(v) for v in values)
-    return f"{name} ({', '.join(shown[:SHOWN])}{', ...' if len(shown) > SHOWN else ''})" if shown else name
+    levels = sorted(f"{v:g}" if isinstance(v, int | float) else str(v) for v in values)
+    return f"{name} ({', '.join(levels[:SHOWN])}{', ...' if len(levels) > SHOWN else ''})" if levels else name

@@ -9,9 +9,10 @@ from itertools import combinations
 import numpy as np
 
 from ...loads import FloatArray
+from ...loads.contract import ORDER
 from ..campaign.binning import BinnedTests
 from ..campaign.curves import products, transformed
-from ..campaign.metadata import MOST_LEVELS, ORDER, is_text
+from ..campaign.metadata import MOST_LEVELS, is_text
 from .histories import histories
 
 #: Places along a load or along metadata between which a curve may bend.

@@ -14,9 +14,10 @@ from typing import NamedTuple, TypedDict
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
+from ...loads.contract import ORDER
 from ..campaign.binning import BinnedTests
 from ..campaign.curves import curve, products, scaled_loads, spline_columns, transformed
-from ..campaign.metadata import ORDER, is_text
+from ..campaign.metadata import is_text
 from .scan import Fit, Projector
 from .search_round import SearchRound
 from .significance import null_noise
