@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -45,8 +45,8 @@ class SystemVariable:
     Examples
     --------
     >>> batch = SystemVariable("batch", "1", start=0.0, min=0.0, max=1.0, labels=("A", "B"))
-    >>> SystemVariable.from_dict(batch.to_dict()) == batch
-    True
+    >>> batch.to_dict()["labels"]
+    ['A', 'B']
     """
 
     #: Identifier and unit.
@@ -64,11 +64,6 @@ class SystemVariable:
         """Return the entry of `tribofmu.system`; `labels` only where there are some."""
         entry = asdict(self) | {"labels": list(self.labels)}
         return entry if self.labels else {k: v for k, v in entry.items() if k != "labels"}
-
-    @classmethod
-    def from_dict(cls, entry: JsonObject) -> Self:
-        """Build from what `to_dict` returned."""
-        return cls(**{**entry, "labels": tuple(str(x) for x in entry.get("labels", ()))})
 
 
 def as_numbers(
