@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -313,6 +314,21 @@ def test_names_and_errors() -> None:
     for name in ("factor:", "factor:v_rel"):
         with pytest.raises(InputError, match="allowed is factor:COLUMN"):
             make_effect(name)
+
+
+@pytest.mark.parametrize("effect", ["batch", "factor:operator"])
+@pytest.mark.parametrize(
+    ("text", "named"), [("bert\x07", "U+0007"), ("be\nrt", "U+000A"), ("b\u202eert", "U+202E")]
+)
+def test_labels_that_no_card_and_no_fmu_can_hold_are_refused(effect: str, text: str, named: str) -> None:
+    data, tests = campaign(0)
+    column = effect.removeprefix("factor:")
+    tests[column] = tests["operator"].replace("bert", text)
+    with pytest.raises(InputError, match=re.escape(named)) as caught:
+        (LinearFriction() + effect).fit_frame(data, tests)
+    assert str(caught.value).isprintable() and repr(column) in str(caught.value)
+    tests[column] = tests[column].replace(text, "b\xa0ert")  # as spreadsheets write blanks
+    assert (LinearFriction() + effect).fit_frame(data, tests).is_fitted
 
 
 def test_the_formula_of_numbers_is_a_line_and_earlier_files_are_read(tmp_path: Path) -> None:
