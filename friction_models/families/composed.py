@@ -23,6 +23,7 @@ from ..models.variables import StateVariable, SystemVariable, as_numbers
 from .metadata import check_loads, levels_of, system_variables_of
 from .refinement_history import checked_round
 from .registry import make_model
+from .stored_parameters import stored_amplitudes, stored_effect, stored_levels, stored_shapes, stored_system
 
 #: Steps of bisection, then of Newton, to a friction coefficient that agrees with an effect of itself.
 BISECTIONS, NEWTON_STEPS = 20, 2
@@ -287,25 +288,22 @@ class ComposedFriction(FrictionModel):
         return values, {f"base.{k}": v for k, v in arrays.items()}
 
     def _restore(self, values: JsonObject, arrays: Arrays) -> None:
-        self.levels_ = {str(k): [str(x) for x in v] for k, v in values["levels"].items()}
-        self.effects_ = [make_effect(e).with_levels(self.levels_) for e in self.effects]
+        shapes, amplitudes = values["shapes"], values["amplitudes"]
+        for sets in (shapes, amplitudes):
+            if not isinstance(sets, list) or len(sets) != len(self.effects):
+                raise InputError(
+                    "composed: the parameters do not fit the effects; allowed: one set an effect"
+                )
+        self.levels_ = stored_levels(values["levels"])
+        self.effects_ = [
+            stored_effect(make_effect(e), self.levels_, a)
+            for e, a in zip(self.effects, amplitudes, strict=True)
+        ]
         inner = {k.removeprefix("base."): v for k, v in arrays.items() if k.startswith("base.")}
         self.base_ = type(self.base).from_parts(values["base"], inner)
-        self.shapes_ = [
-            _checked(e, _as_now(e, s), [p.name for p in e.shapes])
-            for e, s in zip(self.effects_, values["shapes"])
-        ]
-        self.amplitudes_ = [
-            _checked(e, a, [p.name for p in e.amplitudes])
-            for e, a in zip(self.effects_, values["amplitudes"])
-        ]
-        if not len(self.shapes_) == len(self.amplitudes_) == len(self.effects_):
-            raise InputError("composed: the parameters do not fit the effects; allowed: one set an effect")
-        # Models saved before the labels stood with the variable have them in `levels` only.
-        self.system_ = [
-            SystemVariable.from_dict({**v, "labels": self.levels_.get(str(v["name"]), [])})
-            for v in values["system"]
-        ]
+        self.amplitudes_ = [stored_amplitudes(e, a) for e, a in zip(self.effects_, amplitudes, strict=True)]
+        self.shapes_ = [stored_shapes(e, s) for e, s in zip(self.effects_, shapes, strict=True)]
+        self.system_ = stored_system(values["system"], self.exported, self.levels_)
         self.noise_floor_ = dict(values["noise_floor"])
         self.error_history_ = [checked_round(entry) for entry in values.get("error_history", [])]
 
@@ -368,22 +366,3 @@ def _sum(base: FrictionModel, effects: list[Any]) -> FrictionModel:
 
 
 FrictionModel._compose = _sum
-
-
-def _as_now(effect: Effect, values: JsonObject) -> JsonObject:
-    """Return shape parameters as this version has them.
-
-    Earlier ones saved the level for columns of numbers, too, and laws have got parameters since.
-    """
-    known = {s.name for s in effect.shapes}
-    got = {s.name: s.earlier for s in effect.shapes if s.earlier is not None}
-    return {**got, **{k: v for k, v in values.items() if k in known or k != "deviating"}}
-
-
-def _checked(effect: Effect, values: JsonObject, names: list[str]) -> dict[str, float]:
-    """Return stored parameters of an effect, complete and finite."""
-    if sorted(values) != sorted(names) or not all(np.isfinite(float(v)) for v in values.values()):
-        raise InputError(
-            f"composed: parameters {dict(values)!r:.80} of effect {effect.name!r}; allowed: finite numbers for {names}"
-        )
-    return {n: float(values[n]) for n in names}

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 
-from ..common import InputError, nearest
+from ..common import InputError, nearest, shown
 from ..effects.base import Effect
 from ..loads import FloatArray, TriboLoads
 from ..models.variables import SystemVariable
@@ -45,7 +46,19 @@ def levels_of(loads: TriboLoads, effects: Sequence[Effect]) -> dict[str, list[st
                 )
             if pd.to_numeric(pd.Series(values), errors="coerce").isna().any():
                 levels[name] = sorted({str(v) for v in values})
+                _check_labels(levels[name], effect, name)
     return levels
+
+
+def _check_labels(labels: Sequence[str], effect: Effect, name: str) -> None:
+    """Refuse labels that cannot stand in a line of a card, nor in the XML of an FMU; blanks of all kinds can."""
+    for label in labels:
+        bad = next((c for c in label if not c.isprintable() and unicodedata.category(c) != "Zs"), None)
+        if bad is not None:
+            raise InputError(
+                f"effect {effect.name!r}: column {name!r} holds {shown(ascii(label), 60)} with the character U+{ord(bad):04X}; "
+                "allowed: a text of one line without control characters"
+            )
 
 
 def _columns(loads: TriboLoads, name: str) -> str:

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..common import atomic_folder, check_folder, write_json, write_text
-from ..common.folders import MODEL
-from .folder_members import ARRAYS, CARD, DIGESTS, ONNX, TEXT, digests
+from ..common import atomic_folder, check_folder, folders, write_json, write_text
+from .folder_members import ARRAYS, CARD, DIGESTS, MODEL, ONNX, TEXT, digests
 from .law import FrictionLaw
 from .model_card import card_text
 
@@ -22,13 +21,13 @@ def save_model(model: FrictionLaw, folder: str | os.PathLike[str]) -> Path:
     from .onnx_export import export
 
     target = Path(folder)
-    check_folder(target, MODEL)
+    check_folder(target, folders.MODEL)
     content, arrays = model.parts()
     card = model.card
-    with atomic_folder(target, MODEL) as temporary:
+    with atomic_folder(target, folders.MODEL) as temporary:
         write_text(temporary / TEXT, card_text(card))
         np.savez(temporary / ARRAYS, allow_pickle=False, **arrays)
         export(model, temporary / ONNX)
-        told = {"format": "tribofmu-model", "format_version": 1, DIGESTS: digests(temporary)}
-        write_json(temporary / CARD, {**told, **card, "model": content})
+        told = {"format": "tribofmu-model", "format_version": 1, DIGESTS: digests(temporary, content)}
+        write_json(temporary / CARD, {**told, **card, MODEL: content})
     return target

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Self
+from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -45,8 +46,8 @@ class SystemVariable:
     Examples
     --------
     >>> batch = SystemVariable("batch", "1", start=0.0, min=0.0, max=1.0, labels=("A", "B"))
-    >>> SystemVariable.from_dict(batch.to_dict()) == batch
-    True
+    >>> batch.to_dict()["labels"]
+    ['A', 'B']
     """
 
     #: Identifier and unit.
@@ -65,11 +66,6 @@ class SystemVariable:
         entry = asdict(self) | {"labels": list(self.labels)}
         return entry if self.labels else {k: v for k, v in entry.items() if k != "labels"}
 
-    @classmethod
-    def from_dict(cls, entry: JsonObject) -> Self:
-        """Build from what `to_dict` returned."""
-        return cls(**{**entry, "labels": tuple(str(x) for x in entry.get("labels", ()))})
-
 
 def as_numbers(
     values: Sequence[Any] | npt.NDArray[Any], labels: Sequence[str], start: float
@@ -77,19 +73,41 @@ def as_numbers(
     """Return metadata, one entry a point as the table of tests has it, as the numbers that a model takes, shape (n,).
 
     `labels` are those of the numbers 0, 1, 2 ..., empty where the metadata is a number. A label that is not among
-    them becomes `UNKNOWN_LABEL`; `start` is taken where a number is missing.
+    them becomes `UNKNOWN_LABEL`; `start` is taken where a number is missing. A table in which all labels look like numbers has
+    lost how they were written: there a number is the one label of its value.
 
     Examples
     --------
     >>> as_numbers(["B", "A", "C"], labels=["A", "B"], start=0.0).tolist()
     [1.0, 0.0, -1.0]
+    >>> as_numbers([1, 2.0], labels=["01", "2", "X"], start=0.0).tolist()
+    [0.0, 1.0]
     >>> as_numbers([0.02, None], labels=[], start=0.01).tolist()
     [0.02, 0.01]
     """
     if len(labels):
         codes = {str(label): float(k) for k, label in enumerate(labels)}
-        return np.array([codes.get(str(v), UNKNOWN_LABEL) for v in values], dtype=np.float64)
+        by_value = _by_value(codes)
+
+        def code(value: object) -> float:
+            other = by_value.get(float(value), UNKNOWN_LABEL) if _is_number(value) else UNKNOWN_LABEL
+            return codes.get(str(value), other)
+
+        return np.array([code(v) for v in values], dtype=np.float64)
     import pandas as pd
 
     numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, start)
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+
+
+def _by_value(codes: Mapping[str, float]) -> dict[float, float]:
+    """Return the codes of labels that look like numbers by their values; without values that two of them have."""
+    found: dict[float, list[float]] = {}
+    for label, code in codes.items():
+        with contextlib.suppress(ValueError):
+            found.setdefault(float(label), []).append(code)
+    return {value: own[0] for value, own in found.items() if len(own) == 1}

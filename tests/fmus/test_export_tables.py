@@ -6,13 +6,16 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fmus.exports import export
 from fmus.exports.common import Reference
-from fmus.exports.numbers.deviation import domain_points
+from fmus.exports.numbers.deviation import domain_points, system_values
 from fmus.exports.numbers.table_target import tabulate
 from fmus.runtime.running import RunningFmu
+from fmus.source.reading import read_source
+from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, LOADS
 from tests.fmus.exported import (
@@ -20,6 +23,7 @@ from tests.fmus.exported import (
     made,
 )
 from tests.fmus.graphs import Array
+from tests.friction_models.made_up import campaign
 
 
 @pytest.mark.parametrize(
@@ -112,6 +116,19 @@ def test_deviation_of_a_table_is_that_at_the_chosen_system_variables(tmp_path: P
         )
         largest.append(json.loads((folder / "table.json").read_text())["remaining"]["largest deviation"])
     assert max(largest) < 1e-3
+
+
+def test_a_system_variable_with_labels_is_held_at_a_label_or_its_number() -> None:
+    data = campaign(9, 8)
+    names = data["test_id"].unique()
+    tests = pd.DataFrame({"test_id": names, "batch": [f"lot {'ABC'[k % 3]}" for k in range(len(names))]})
+    source = read_source((LinearFriction() + "batch").fit_frame(data, tests))
+    assert [system_values(source, {"batch": x}) for x in ("lot B", 1, 1.0)] == [{"batch": 1.0}] * 3
+    for value in ("lot b", 99, -1, 0.5, True, None, [1]):
+        with pytest.raises(
+            InputError, match=r"unknown label .*; allowed: lot A, lot B, lot C.*number, 0 to 2"
+        ):
+            system_values(source, {"batch": value})
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from friction_models.common import InputError
 from friction_models.expressions.ops import LoadColumns, Ops, Value
 from friction_models.families.registry import make_model
 from friction_models.loads import LOAD_NAMES
+from friction_models.loads.dataset import read_tests
 from friction_models.models.base import FrictionModel
 from friction_models.models.law import Learned
 from friction_models.models.variables import StateVariable, SystemVariable
@@ -127,6 +128,26 @@ def test_labels_of_a_batch_stand_in_the_file_and_give_the_same_mu(tmp_path: Path
     np.testing.assert_array_equal(packed.predict_frame(frame), packed.predict(frame[list(LOAD_NAMES)]))
     card = (tmp_path / "model" / "card.md").read_text(encoding="utf-8")
     assert "batch [1], start 1; 0 = new, 1 = old, any other number: none of these" in card
+
+
+def test_labels_that_look_like_numbers_are_known_where_a_table_holds_no_other(tmp_path: Path) -> None:
+    names = sorted(set(FRAME["test_id"]))
+    tests = pd.DataFrame({"test_id": names, "batch": [("01", "02", "X")[k % 3] for k in range(len(names))]})
+    frame = FRAME.merge(tests)
+    frame["mu"] += 0.01 * (frame.pop("batch") == "02")
+    model = (LinearFriction() + effects.Batch()).fit_frame(frame, tests=tests)
+    packed = OnnxModel(model.to_onnx(tmp_path / "model.onnx"))
+    expected = model.predict_frame(frame, tests)
+    numbered = frame["test_id"].isin(tests.loc[tests["batch"] != "X", "test_id"])
+    for rows in (["01", "02"], ["01", "02", ""]):  # read as 1 and 2, and as 1.0 and 2.0
+        file = tmp_path / "tests.csv"
+        cells = tests.assign(batch=tests["batch"].replace("X", ""))
+        cells[cells["batch"].isin(rows)].to_csv(file, index=False)
+        read = read_tests(file)
+        assert pd.api.types.is_numeric_dtype(read["batch"])
+        points = frame[numbered]
+        np.testing.assert_array_equal(model.predict_frame(points, read), expected[numbered])
+        np.testing.assert_allclose(packed.predict_frame(points, read), expected[numbered], rtol=1e-12)
 
 
 def test_memory_steps_as_the_formula_says(wear: OnnxModel) -> None:

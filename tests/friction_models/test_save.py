@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fmus.source.reading import read_source
 from friction_models import load_model
 from friction_models.common import InputError
 from friction_models.families.registry import make_model
@@ -47,7 +48,7 @@ def linear(folders: dict[str, Path], tmp_path: Path) -> Path:
 
 def copied(folder: Path, tmp_path: Path) -> Path:
     target = tmp_path / "model"
-    target.mkdir()
+    target.mkdir(parents=True)
     for file in folder.iterdir():
         (target / file.name).write_bytes(file.read_bytes())
     return target
@@ -120,6 +121,29 @@ def test_a_file_of_another_model_is_refused(linear: Path, tmp_path: Path, name: 
     assert load_model(linear).family == "linear"
 
 
+def test_a_model_that_was_edited_in_its_card_is_refused_where_it_predicts_and_where_it_is_packed(
+    folders: dict[str, Path], tmp_path: Path
+) -> None:
+    """Commands that predict read the card, `pack` the graph: each would give another mu."""
+    model = make_model("linear").fit_frame(FRAME) + "stribeck"
+    folder = model.fit_frame(FRAME).save(tmp_path / "model")
+
+    def halved(card: dict[str, Any]) -> None:
+        card["model"]["learned"]["amplitudes"][0]["delta_s"] *= 0.5
+
+    edit_card(folder, halved)
+    refused(folder, "the model in card.json was changed after it was saved")
+    with pytest.raises(InputError, match=r"the model in card\.json was changed after it was saved"):
+        read_source(folder)
+    # The card of an earlier version has the hashes of the files only.
+    edit_card(folder, lambda card: card["sha256"].pop("model"))
+    assert load_model(folder).is_fitted and read_source(folder).onnx
+    # A remark beside the model changes no mu.
+    plain = copied(folders["linear"], tmp_path / "plain")
+    edit_card(plain, lambda card: card.update(remark="for the thesis"))
+    assert load_model(plain).is_fitted
+
+
 @pytest.mark.parametrize("nonsense", [None, 5, [], {}, {"parameters.npz": 1, "model.onnx": []}])
 def test_hashes_that_are_none_are_refused(linear: Path, nonsense: Any) -> None:
     edit_card(linear, lambda card: card.update(sha256=nonsense))
@@ -177,6 +201,7 @@ def test_a_card_that_is_none(linear: Path, content: bytes, words: str) -> None:
 )
 def test_a_card_with_nonsense(linear: Path, change: CardChange, words: str) -> None:
     edit_card(linear, lambda card: change(card["model"]))
+    edit_card(linear, lambda card: card["sha256"].pop("model"))
     if words:
         refused(linear, words)
     else:
@@ -309,6 +334,7 @@ def test_any_single_edit_of_a_number_loads_or_is_refused(folders: dict[str, Path
     for family in ("polynomial", "power_law", "gradient_boosting", "ffnn"):
         (tmp_path / family).mkdir()
         folder = copied(folders[family], tmp_path / family)
+        edit_card(folder, lambda card: card["sha256"].pop("model"))
         original = (folder / "card.json").read_text()
         model = json.loads(original)["model"]
         places = [(a, None) for a in model] + [(a, b) for a in ("params", "learned") for b in model[a]]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from friction_models.common import InputError, shown, unknown_name
 from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 from friction_models.loads.contract import behind
+from friction_models.models.variables import UNKNOWN_LABEL, as_numbers
 
 from ...interface.friction_source import FrictionSource
 from .. import options
@@ -68,12 +70,29 @@ def with_unit(name: str, value: float) -> str:
 def system_values(source: FrictionSource, given: object = None) -> dict[str, float]:
     """Return the values of all system variables: the given ones, the start values of the others.
 
-    Raises InputError: no mapping, a name that is no system variable, no number.
+    Raises InputError: no mapping, a name that is no system variable, no number, none of its labels.
     """
     values = {p.name: p.start for p in source.system}
+    labels = {p.name: p.labels for p in source.system}
     for name, value in options.mapping("system", given, values).items():
-        values[name] = options.number(f"system variable {name}", value, -1e300, 1e300)
+        if labels[name]:
+            values[name] = _of_label(name, value, labels[name])
+        else:
+            values[name] = options.number(f"system variable {name}", value, -1e300, 1e300)
     return values
+
+
+def _of_label(name: str, value: object, labels: Sequence[str]) -> float:
+    """Return the number of a label; a number that is no label itself may be that of one."""
+    (code,) = as_numbers([value], labels, UNKNOWN_LABEL)
+    if code != UNKNOWN_LABEL:
+        return float(code)
+    if isinstance(value, int | float) and not isinstance(value, bool) and value in range(len(labels)):
+        return float(value)
+    error = unknown_name(
+        "label", shown(value, 60), [one_line(label) for label in labels], f"system variable {name}"
+    )
+    raise InputError(f"{error} (or its number, 0 to {len(labels) - 1})")
 
 
 def held_loads(source: FrictionSource, given: object, names: Collection[str]) -> dict[str, float]:

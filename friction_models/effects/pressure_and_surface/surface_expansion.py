@@ -43,7 +43,7 @@ class SurfaceExpansion(Effect):
             span=(1.5, 0.7),
             points=10,
         ),
-        ShapeParameter("n", "1", "steepness", 1.0, 3.0, 1.0, values=(1.0, 2.0)),
+        ShapeParameter("n", "1", "steepness", 1.0, 3.0, 1.0, values=(1.0, 2.0), earlier=1.0),
     )
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:

@@ -97,9 +97,9 @@ def read_data(
     every_load: bool = False,
     **how: bool,
 ) -> DataSet:
-    """Read the data set behind `--data` and `--tests`; say what was left out and which loads were not measured.
+    """Read the data set behind `--data` and `--tests`; say what was left out, what was not measured, and what the models do not know.
 
-    For `models` with memory the points must have an order; with `every_load` all five loads must be measured; `how` as
+    For `models` with memory the points must have an order, and metadata that they were not trained with is named; with `every_load` all five loads must be measured; `how` as
     `DataSet.load` has it.
     """
     from friction_models.loads import DataSet, not_measured, require_every_load
@@ -107,10 +107,23 @@ def read_data(
     dataset = DataSet.load(data, tests, **how)
     if every_load:
         require_every_load(dataset.points.columns, str(data))
-    if any(getattr(law, "states", ()) for m in models for law in (m, getattr(m, "source", None))):
+    laws = [law for m in models for law in (m, getattr(m, "source", None))]
+    if any(getattr(law, "states", ()) for law in laws):
         dataset.require_order()
     lacking = not_measured(dataset.points.columns)
     notes = [f"{data}: {', '.join(lacking)} not measured"] if lacking else []
+    # What a map is calibrated by has a meaning of its own and stands in no table of tests.
+    variables = [
+        v
+        for law in laws
+        for v in getattr(law, "system_variables", getattr(law, "system", ()))
+        if not getattr(v, "meaning", "")
+    ]
+    if variables:
+        from friction_models.models.unknown_metadata import metadata_remarks
+
+        found = metadata_remarks(variables, dataset.tests, dataset.points["test_id"].unique())
+        notes += [f"{data}: {remark}" for remark in dict.fromkeys(found)]
     for text in (*notes, *dataset.notes):
         note(text)
     return dataset
