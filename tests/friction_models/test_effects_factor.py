@@ -311,6 +311,10 @@ def test_names_and_errors() -> None:
         refine(data, tests, add="factor:humidty")
     with pytest.raises(InputError, match="needs the column 'operator' in the table of tests"):
         refine(data, add="factor:operator")
+    with pytest.raises(InputError, match="batch: the column has the same level in all of the 24 tests"):
+        refine(data, tests.assign(batch="A"), add="batch")
+    with pytest.raises(InputError, match="batch: the column has another text in nearly each of the 24 tests"):
+        refine(data, tests.assign(batch=[f"lot {k}" for k in range(24)]), add="batch")
     for name in ("factor:", "factor:v_rel"):
         with pytest.raises(InputError, match="allowed is factor:COLUMN"):
             make_effect(name)
@@ -379,7 +383,7 @@ def test_tests_over_the_same_speeds_are_not_told_apart_by_their_speed() -> None:
     assert "factor:direction" in [r["effect"] for r in found.ranking]
     assert not any("from test to test" in w for w in found.warnings)
     # along each of them the speed steps up with the distance
-    assert any("along the tests" in w and "moves with" in w for w in found.warnings)
+    assert any("along the tests" in w and "move together" in w for w in found.warnings)
 
 
 def test_an_effect_that_shows_nothing_beside_a_factor_has_no_amplitude() -> None:

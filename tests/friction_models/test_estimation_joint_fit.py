@@ -41,3 +41,15 @@ def test_the_error_of_tests_left_out_does_not_hang_on_their_names() -> None:
     names = [f"t{k:03d}" for k in range(30)]
     other = dict(zip(names, np.random.default_rng(0).permutation(names), strict=True))
     assert problem_of(other)._left_out() == pytest.approx(problem_of()._left_out(), rel=1e-4)
+
+
+def test_no_effect_changes_mu_by_more_than_was_measured() -> None:
+    """A valley along the pressure is the difference of a steep line and a law that saturates, both as large as one likes."""
+    data = measured(np.random.default_rng(5), tests=40, points=4)
+    data["mu"] += 0.03 * ((data["sigma_n"] - data["sigma_n"].mean()) / np.ptp(data["sigma_n"])) ** 2
+    campaign = prepare(data)
+    problem = solve_jointly(
+        campaign, base_law(LinearFriction(), campaign), [make_effect("pressure_saturation")]
+    )
+    share = problem.columns(problem.shapes)[0] @ problem.solve(problem.shapes)[1][0]
+    assert np.ptp(share) <= data["mu"].max()

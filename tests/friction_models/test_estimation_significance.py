@@ -221,3 +221,19 @@ def test_noise_of_few_loud_tests_is_no_effect() -> None:
         first = rank(prepared, residual)[0]
         alarms += told.p_value(first.name, first.gain) < 0.05
     assert alarms <= 8
+
+
+def test_noise_is_as_large_as_before_a_law_was_fitted_to_it() -> None:
+    """Ten numbers of 30 tests take a third of the scatter between them, and hardly any of that along them."""
+    rng = np.random.default_rng(3)
+    tests, bins, sizes = 30, 8, []
+    test = np.repeat(np.arange(tests), bins)
+    level = np.ones(tests * bins)
+    project = Projector(np.repeat(rng.normal(size=(tests, 10)), bins, axis=0))
+    for _ in range(60):
+        between, along = rng.normal(size=tests)[test], rng.normal(size=tests * bins)
+        along -= np.bincount(test, along)[test] / bins
+        drawn = null_noise(project(between + along), level, test, KNOWN, rng, 50, project.q)
+        means = np.array([drawn[test == k].mean(axis=0) for k in range(tests)])
+        sizes.append([np.mean(means**2), np.mean((drawn - means[test]) ** 2)])
+    assert np.mean(sizes, axis=0) == pytest.approx([1.0, 1.0 - 1.0 / bins], rel=0.06)

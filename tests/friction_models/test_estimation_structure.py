@@ -101,3 +101,23 @@ def test_a_curve_is_not_told_again_along_a_load_that_goes_with_it() -> None:
     several = places_of(campaign, wave + campaign.average(campaign.loads.sigma_n) / 1000.0, [])
     assert sorted(w["variables"] for w in several) == [["T"], ["sigma_n"]]
     assert sum(w["share"] for w in several) <= 1.0
+
+
+def test_a_difference_along_one_load_is_said_of_it_where_there_are_few_tests() -> None:
+    """Curves in the order of 40 tests, with products, follow nearly anything."""
+    rng = np.random.default_rng(6)
+    names = [f"t{k:02d}" for k in range(40)]
+    loads = {
+        "v_rel": np.exp(rng.uniform(1.0, 6.0, 40)),
+        "T": rng.uniform(20.0, 250.0, 40),
+        "sigma_n": rng.uniform(300.0, 2200.0, 40),
+    }
+    tests = pd.DataFrame(
+        {"test_id": names, "order": rng.permutation(40) + 1.0, "days": rng.gamma(2.0, 3.0, 40)}
+    )
+    campaign = prepare(pd.DataFrame({"test_id": names, **loads, "mu": 0.1}), tests)
+    # what a reference makes of a valley along the pressure: the valley, and a little of all else
+    valley = 0.01 * np.abs((loads["sigma_n"] - 1150.0) / 600.0) ** 1.7 + rng.normal(0.0, 0.003, 40)
+    assert places_of(campaign, valley, ["order", "days"])[0]["variables"] == ["sigma_n"]
+    wave = 0.01 * np.sin(2.0 * np.pi * tests["order"].to_numpy() / 15.0) + rng.normal(0.0, 0.002, 40)
+    assert places_of(campaign, wave, ["order", "days"])[0]["variables"] == ["order"]

@@ -92,13 +92,13 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     """Return a warning where a load that drives an effect moves with another one from test to test, or along each of them."""
     apart = [n for n in campaign.varied if campaign.sets_apart(n)]
     levels = {n: campaign.of_tests(transformed(campaign, n)) for n in apart}
-    tied = [
-        f"{b} (correlation {value:+.2f})"
+    tied = {
+        b: f"{b} (correlation {value:+.2f})"
         for a, b in permutations(levels, 2)
         if a in drivers
         and (b not in drivers or a < b)
         and abs(value := _correlation(levels[a], levels[b])) > TOGETHER
-    ]
+    }
     along = [b for b in one_load(campaign, drivers) if b not in levels]
     if along:
         together = dict.fromkeys([*(n for n in drivers if n in campaign.varied), *along])
@@ -109,7 +109,7 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     if not tied:
         return []
     return [
-        f"from test to test {' and '.join(n for n in drivers if n in levels)} moves with {' and '.join(dict.fromkeys(tied))}: what looks "
+        f"from test to test {' and '.join(n for n in drivers if n in levels and n not in tied)} moves with {' and '.join(tied.values())}: what looks "
         "like an effect of the one may be one of the other; cross their levels in further tests"
     ]
 

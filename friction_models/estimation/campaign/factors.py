@@ -12,7 +12,7 @@ from scipy.stats import rankdata
 from ...common import InputError
 from ...common.errors import shown
 from ...effects.base import Effect
-from ...effects.metadata.factor import PREFIX, Factor, scanned_factor
+from ...effects.metadata.factor import PREFIX, scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
 from .binning import BinnedTests
@@ -75,14 +75,14 @@ def _further(campaign: BinnedTests, used: Collection[str]) -> list[str]:
 
 
 def check_factors(campaign: BinnedTests, effects: Iterable[Effect], tests: npt.NDArray[np.bool_]) -> None:
-    """Refuse a factor of a column that says nothing of other tests, by the rule by which `factors_of` leaves it out.
+    """Refuse an effect of a column that says nothing of other tests, by the rule by which `factors_of` leaves it out.
 
     `tests` tells which ones are fitted, shape (tests,).
 
     Raises InputError: one level only, or texts that differ in nearly every test.
     """
     for effect in effects:
-        column = campaign.system.get(effect.metadata[0]) if isinstance(effect, Factor) else None
+        column = campaign.system.get(effect.metadata[0]) if effect.metadata else None
         if column is None:
             continue
         values = column[campaign.point_starts, 0][tests]

@@ -139,7 +139,8 @@ class JointProblem:
     def _solve(self, blocks: list[FloatArray]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
         """As `solve`, with the weighted residual behind."""
         p, n = self.base.shape[1], len(self.y)
-        matrix = self.whiten(np.column_stack([self.base, *blocks]))
+        plain = np.column_stack([self.base, *blocks])
+        matrix = self.whiten(plain)
         along, target = self._fixed(matrix[:, :p])
         matrix[:, p:] *= _seen_beside(along, matrix[:, p:])
         size = np.linalg.norm(matrix, axis=0)
@@ -151,7 +152,7 @@ class JointProblem:
             matrix, target = np.vstack([matrix, np.diag(pull * scale)]), np.r_[target, np.zeros(len(x))]
             x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
         signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
-        most = scale[p:] * largest_amplitudes(self.campaign, np.column_stack(blocks))
+        most = scale[p:] * largest_amplitudes(self.campaign, plain[:, p:])
         low, high = np.where(signs > 0, 0.0, -most), np.where(signs < 0, 0.0, most)
         if np.any((x[p:] < low) | (x[p:] > high)):
             low, high = np.r_[np.full(p, -np.inf), low], np.r_[np.full(p, np.inf), high]

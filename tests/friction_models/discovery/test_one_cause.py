@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery import diagnose
+from friction_models.discovery.judge.identifiability import one_load
+from friction_models.estimation.campaign.binning import prepare
 
 
 def test_a_surface_that_grows_with_the_distance_in_every_test() -> None:
@@ -43,3 +45,41 @@ def test_one_tool_for_each_batch() -> None:
     found = diagnose(data.assign(mu=mu), tests)
     assert found.verdict == "ambiguous", found.sentence
     assert {*found.confusion_set} == {"tool_roughness", "batch"}
+
+
+def test_one_operator_for_each_batch() -> None:
+    """A column that is no effect of the catalogue is a rival, too; what crosses them is told, and no load that would not."""
+    rng = np.random.default_rng(5)
+    batch = rng.integers(3, size=45)
+    tests = pd.DataFrame(
+        {
+            "test_id": [f"t{k:02d}" for k in range(45)],
+            "batch": np.array(["A", "B", "C"])[batch],
+            "operator": np.array(["kim", "lee", "moe"])[batch],
+        }
+    )
+    data = tests[["test_id"]].assign(v_rel=rng.uniform(2.0, 60.0, 45), T=rng.uniform(30.0, 250.0, 45))
+    mu = 0.1 + 0.012 * (batch == 2) + 2e-5 * data["T"] + rng.normal(0.0, 0.003, 45)
+    found = diagnose(data.assign(mu=mu), tests)
+    assert found.verdict == "ambiguous", found.sentence
+    assert {*found.confusion_set} == {"batch", "factor:operator"}
+    assert any("batch (A, B, C) and operator (kim, lee, moe) change together" in w for w in found.warnings)
+    # the same without such a table is plain
+    assert diagnose(data.assign(mu=mu), tests.drop(columns="operator")).verdict == "explained"
+
+
+def test_two_loads_of_one_law_that_are_one_load() -> None:
+    """Pressure and temperature rise together in every test: an effect of both, or of either, fits."""
+    rng = np.random.default_rng(8)
+    rows = []
+    for test in range(24):
+        T = rng.uniform(60.0, 200.0) + np.linspace(0.0, 50.0, 20)
+        mu = 0.08 + 0.03 / (1.0 + np.exp(-(T - 170.0) / 12.0)) + rng.normal(0.0, 0.002)
+        points = {"test_id": f"t{test:02d}", "v_rel": rng.uniform(2.0, 60.0), "T": T, "sigma_n": 4.0 * T}
+        rows.append(pd.DataFrame({**points, "t": np.arange(20.0), "mu": mu + rng.normal(0.0, 0.001, 20)}))
+    data = pd.concat(rows, ignore_index=True)
+    found = diagnose(data)
+    assert found.confidence <= 0.5, found.sentence
+    assert any("from test to test T moves with sigma_n" in w for w in found.warnings), found.warnings
+    assert one_load(prepare(data), ("T", "sigma_n")) == ["T", "sigma_n"]
+    assert one_load(prepare(data), ("v_rel",)) == []
