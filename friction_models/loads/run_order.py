@@ -24,10 +24,13 @@ def with_numbered_dates(table: pd.DataFrame) -> pd.DataFrame:
     >>> with_numbered_dates(pd.DataFrame({"order": ["run 2", "run 10"]}))["order"].tolist()
     ['run 2', 'run 10']
     """
-    if ORDER not in table.columns or pd.api.types.is_numeric_dtype(table[ORDER]):
+    if ORDER not in table.columns:
         return table
     values = table[ORDER]
-    if pd.to_numeric(values, errors="coerce").notna().any():
+    if (
+        not pd.api.types.is_datetime64_any_dtype(values)
+        and pd.to_numeric(values, errors="coerce").notna().any()
+    ):
         return table
     for form in ("ISO8601", *_DATES):
         dates = pd.to_datetime(values, format=form, errors="coerce", utc=True)
