@@ -25,6 +25,7 @@ from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit, jumps_in_order
 from .answer.not_first import why_not_first
 from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
+from .answer.run_order import alike_in_order
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
@@ -108,6 +109,7 @@ def assemble(
     # what loads and metadata say of unseen tests is no group that nobody recorded
     beyond = judged.confirmed.beyond
     factor = unrecorded_factor(campaign, left if beyond is None else left - beyond)
+    in_order = alike_in_order(campaign, left if beyond is None else left - beyond)
     unread = _beside_unread_zero(campaign, judged)
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}
@@ -118,7 +120,7 @@ def assemble(
             judged.confirmed,
             rests_on,
             off=level.p_value if level.off else None,
-            grouped=factor is not None,
+            grouped=factor is not None or bool(in_order),
             knows_noise=judged.knows_noise,
             unread=unread,
         ),
@@ -131,7 +133,7 @@ def assemble(
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += same_columns(campaign, effects, [f.effect for f in found.ranking])
-    warnings += uncertain_drivers(whole[0], fitted.terms)
+    warnings += [*in_order, *uncertain_drivers(whole[0], fitted.terms)]
     unsure = sure <= EITHER < most and factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
     usual_mu = float(np.mean(np.abs(campaign.mu)))

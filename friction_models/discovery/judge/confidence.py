@@ -131,8 +131,8 @@ def sureness(
 ) -> float:
     """Return how sure a verdict is, 0 to 1, by its grounds; half as sure where these data cannot show more.
 
-    `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded,
-    the model `knows_noise` of these points, and an offset of the force be `unread` beside other names.
+    `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded, in
+    two groups or in the order of the runs, the model `knows_noise` of these points, and an offset of the force be `unread` beside other names.
     """
     verdict = confirmed.verdict
     nothing = verdict == "nothing_missing"
@@ -142,7 +142,7 @@ def sureness(
     unsure = [
         not found.floor.known,
         nothing and (len(campaign.tests) < FEW_TESTS or blurred(campaign, found)),
-        nothing and grouped,  # what sets the two groups apart is missing
+        nothing and grouped,  # what sets the groups apart is missing
         nothing and confirmed.lacks_fit,
         verdict == "unknown_structure" and off is None and confirmed.by_repeats,
         knows_noise,

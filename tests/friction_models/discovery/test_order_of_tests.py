@@ -45,3 +45,19 @@ def test_an_order_that_says_nothing_changes_nothing() -> None:
     found = diagnose(data, tests)
     assert found.verdict == "nothing_missing"
     assert found.confidence == pytest.approx(diagnose(data).confidence, abs=0.02)
+
+
+def test_what_comes_and_goes_within_a_few_tests_is_told() -> None:
+    """No curve follows four days of ten tests each, as rooms warm up; neighbours are alike all the same."""
+    told = 0
+    for seed in range(4):
+        data, tests = bath(seed, 0.0)
+        day = tests["order"].to_numpy() % 10 / 10.0
+        found = diagnose(data.assign(mu=data["mu"] + 0.012 * np.sin(2.0 * np.pi * day)), tests)
+        said = any("alike in the tests run before and after" in w for w in found.warnings)
+        assert said or "order" in found.where[0]["variables"], found.sentence
+        assert found.verdict == "unknown_structure" or found.confidence <= 0.5
+        told += said
+        plain = diagnose(data, tests)
+        assert not any("alike in the tests run before and after" in w for w in plain.warnings)
+    assert told
