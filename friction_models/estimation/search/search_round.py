@@ -115,9 +115,11 @@ def flexible_mean(campaign: BinnedTests, base: FloatArray) -> FloatArray:
     if campaign.smooth is None:
         campaign.smooth = [campaign.average(columns) for columns in _smooth_columns(campaign)]
     mean = campaign.average(base)
+    # what lies along the tests only takes nothing of their levels
+    most = max(MOST_SPENT * len(campaign.tests), _spent(campaign, mean))
     for columns in campaign.smooth:
         more = np.column_stack([mean, columns])
-        if _spent(campaign, more) <= MOST_SPENT * len(campaign.tests):
+        if _spent(campaign, more) <= most:
             mean = more
     return mean
 
@@ -216,7 +218,9 @@ def search(
     unexplained = residual if also_in_mean is None else Projector(project(whiten(also_in_mean)))(residual)
     rng = np.random.default_rng(seed)
     setting, level = campaign.setting[campaign.test], whiten(np.ones(len(y)))
-    noise = null_noise(unexplained, level, setting, freedom, rng, REPLICATES, project.q)
+    # settings with repeats are few, and each holds much of an effect, which random signs of it take for noise already
+    fitted = None if freedom.shared else project.q
+    noise = null_noise(unexplained, level, setting, freedom, rng, REPLICATES, fitted)
     simulated = simulate(prepared, project, noise)
     ranking = FormErrors(campaign, whiten, project).ranked(rank(prepared, residual), residual)
     by_parts = shown_by_parts(campaign, ranking, residual, whiten, project)

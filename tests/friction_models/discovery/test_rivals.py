@@ -16,12 +16,13 @@ from friction_models.discovery.judge.unseen_tests import ErrorsByTest
 def test_a_rival_of_a_further_name_gains_a_good_part_of_what_it_gains(gain: float, listed: list[str]) -> None:
     """Unseen tests tell neither apart, be it that both predict as well, or that the scatter of few tests hides how much worse one is."""
     first, named, other = (
-        SimpleNamespace(name=n, gain=g) for n, g in (("first", 500.0), ("named", 100.0), ("other", gain))
+        SimpleNamespace(name=n, gain=g, effect=SimpleNamespace(metadata=()))
+        for n, g in (("first", 500.0), ("named", 100.0), ("other", gain))
     )
     same = ErrorsByTest(np.linspace(1.0, 2.0, 9), np.zeros(9))
     straight: Any = SimpleNamespace(errors=lambda fits: same)
     found: Any = SimpleNamespace(ranking=[first], just=lambda *fits: False)
-    campaign: Any = SimpleNamespace(averaged=False)
+    campaign: Any = SimpleNamespace(averaged=False, system={})
     further: Any = lambda known, level=0.05: [named, other]  # noqa: E731
     kept: Any = [first, named]
     assert Rivals(campaign, found, straight, further).of(kept, 0.0) == {"first": [], "named": listed}

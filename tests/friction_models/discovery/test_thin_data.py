@@ -115,23 +115,24 @@ def test_what_every_test_shows_along_its_path_is_named_however_much_they_scatter
     assert not any(diagnose(eight(seed, 0.0), seed=0).effects for seed in seeds)
 
 
-@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(4), marks=pytest.mark.nightly)])
-def test_what_stands_out_in_too_few_tests_to_be_named_is_said(seeds: range) -> None:
-    """Eight tests of one point each, over which friction drops by half at 150 degC: named, or said why not."""
-    unnamed = 0
-    for seed in seeds:
-        rng, T = np.random.default_rng(seed), np.linspace(20.0, 250.0, 8)
-        p, v = rng.uniform(200.0, 1500.0, 8), np.exp(rng.uniform(1.0, 5.0, 8))
-        mu = 0.1 - 0.04 / (1.0 + np.exp(-(T - 150.0) / 10.0)) + 0.0005 * rng.standard_normal(8)
-        table = {"v_rel": v, "T": T, "sigma_n": p, "sd": 10.0, "psi": 2.0, "mu": mu}
-        found = diagnose(pd.DataFrame({"test_id": [f"t{i}" for i in range(8)], **table}))
-        told = [w for w in found.warnings if "stands out" in w]
-        assert bool(found.effects) != bool(told)
-        assert all(found.ranking[0]["effect"] in w and "8 tests" in w for w in told)
-        # not "nothing is missing" beside "X stands out"
-        assert not told or found.sentence.startswith("nothing can be seen to be missing")
-        unnamed += not found.effects
-    assert unnamed, "of eight tests chance leaves too little to name anything each time"
+@pytest.mark.parametrize("seed", range(4))
+def test_eight_tests_say_what_they_could_not_show(seed: int) -> None:
+    """Eight tests of one point each, over which friction drops by half at 150 degC: a line and a scatter that nobody knows hold that."""
+    rng, T = np.random.default_rng(seed), np.linspace(20.0, 250.0, 8)
+    p, v = rng.uniform(200.0, 1500.0, 8), np.exp(rng.uniform(1.0, 5.0, 8))
+    mu = 0.1 - 0.04 / (1.0 + np.exp(-(T - 150.0) / 10.0)) + 0.0005 * rng.standard_normal(8)
+    table = {"v_rel": v, "T": T, "sigma_n": p, "sd": 10.0, "psi": 2.0, "mu": mu}
+    found = diagnose(pd.DataFrame({"test_id": [f"t{i}" for i in range(8)], **table}))
+    # the noise around a mean that went through all eight was nothing, and any effect as clear as that
+    assert found.ranking[0]["evidence"] < 1e3
+    told = [
+        w
+        for w in found.warnings
+        if "stands out" in w or ("would not show in tests like these" in w and "T" in w)
+    ]
+    assert bool(found.effects) != bool(told), found.warnings
+    # not "nothing is missing" beside that
+    assert not told or found.sentence.startswith("nothing can be seen to be missing")
 
 
 def test_loads_that_never_vary_are_refused_and_one_level_is_said(answer: Ask, worn: Any) -> None:
