@@ -34,7 +34,7 @@ ORDER_KNOTS = 12
 MOST_LEVELS_APART = 4
 #: Places that are told of a difference of two predictions, and share of it that each must follow.
 MOST_PLACES, LEAST_OF_PLACE = 2, 0.1
-#: Columns that leave less than this share of all numbers free follow anything.
+#: Surfaces that leave less than this share of all numbers free follow anything.
 LEAST_FREE = 0.5
 #: Columns of each of two curves whose products are a surface.
 IN_SURFACES = 3
@@ -219,7 +219,7 @@ def _strongest(
     def adjusted(q: FloatArray) -> float:
         """Return the share that columns follow, less what so many would by chance."""
         free = numbers - 1.0 - q.shape[1]
-        return 1.0 - (1.0 - followed(q)) * (numbers - 1.0) / free if free > LEAST_FREE * numbers else -np.inf
+        return 1.0 - (1.0 - followed(q)) * (numbers - 1.0) / free if free > 0.0 else -np.inf
 
     shares = {key: adjusted(block.columns) for key, block in blocks.items()}
 
@@ -227,10 +227,12 @@ def _strongest(
         apart = blocks[key].apart
         if apart is None:
             return True
+        if numbers - 1.0 - blocks[key].columns.shape[1] <= LEAST_FREE * numbers:
+            return False
         one = max(shares[(n,)] for n in key)
         return shares[key] >= max(one + INTERACTION, adjusted(apart) + PRODUCTS)
 
-    best = max(filter(needed, blocks), key=lambda key: shares[key])
+    best = max(filter(needed, blocks), key=lambda key: (shares[key], followed(blocks[key].columns)))
     q = blocks[best].columns
     return best, q @ (q.T @ target)
 
