@@ -83,6 +83,7 @@ def test_a_model_without_the_knee_is_read_as_the_law_that_it_was(tmp_path: Path)
     model = (LinearFriction() + PressureSaturation(n=1.0)).fit_frame(data)
     file = model.save(tmp_path / "model") / "card.json"
     now = json.loads(file.read_text(encoding="utf-8"))
+    del now["sha256"]["model"]  # a card of that time has the hashes of the files only
     file.write_text(json.dumps(without_n(now)), encoding="utf-8")
     loads = data[["v_rel", "T", "sigma_n", "sd", "psi"]].to_numpy()
     assert np.array_equal(load_model(file.parent).predict(loads), model.predict(loads))
