@@ -108,8 +108,8 @@ def assemble(
     left = fitted.residual if named else base_residual(campaign, found)
     # what loads and metadata say of unseen tests is no group that nobody recorded
     beyond = judged.confirmed.beyond
-    factor = unrecorded_factor(campaign, left if beyond is None else left - beyond)
-    in_order = alike_in_order(campaign, left if beyond is None else left - beyond)
+    unknown = left if beyond is None else left - beyond
+    factor, in_order = unrecorded_factor(campaign, unknown), alike_in_order(campaign, unknown)
     unread = _beside_unread_zero(campaign, judged)
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ..common import InputError, shown, unknown_name
 from ..common.json_values import JsonObject
+from ..common.ranges import is_number
 from ..effects.base import Effect
 from ..effects.parameters import ShapeParameter
 from ..loads.contract import behind
@@ -102,8 +103,7 @@ def stored_amplitudes(effect: Effect, stored: object) -> dict[str, float]:
     values = _entries(effect, stored)
     _check_names(effect, values, units)
     for name, unit in units.items():
-        number = as_number(values[name])
-        if number is None or abs(number) > LARGEST:
+        if not is_number(values[name]) or abs(values[name]) > LARGEST:
             raise _bad(effect, name, values[name], f"a number from {-LARGEST:g} to {LARGEST:g}{behind(unit)}")
     return {name: float(values[name]) for name in units}
 
@@ -144,7 +144,7 @@ def stored_system(
                     "key", shown(key, 60), (*keys, "labels"), f"composed: system variable {name!r}"
                 )
         for key in ("start", "min", "max"):
-            if as_number(entry.get(key)) is None:
+            if not is_number(entry.get(key)):
                 raise InputError(
                     f"composed: {key!r} of system variable {name!r} is {_value(entry.get(key))}; allowed: a finite number"
                 )
@@ -162,16 +162,6 @@ def stored_system(
             f"composed: system variable {missing!r} is missing; allowed: an entry in 'system' with {', '.join(keys)}"
         )
     return list(found.values())
-
-
-def as_number(value: object) -> float | None:
-    """Return a finite number as JSON holds it; None for anything else, a truth value included."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return None
-    try:
-        return float(value) if math.isfinite(value) else None
-    except OverflowError:  # a whole number that no float holds
-        return None
 
 
 def _entries(effect: Effect, stored: object) -> JsonObject:
@@ -199,14 +189,13 @@ def _check_names(effect: Effect, values: Iterable[str], known: Iterable[str]) ->
 
 
 def _within(effect: Effect, shape: ShapeParameter, value: object) -> float:
-    number = as_number(value)
     # What takes its scale from a column may be as large as the column.
     low, high = (v if abs(v) < LARGEST else math.copysign(math.inf, v) for v in (shape.lower, shape.upper))
     # A value at its bound may be off by rounding.
-    if number is None or not low - 1e-9 * abs(low) <= number <= high + 1e-9 * abs(high):
+    if not is_number(value) or not low - 1e-9 * abs(low) <= value <= high + 1e-9 * abs(high):
         allowed = f"a number from {shape.lower:g} to {shape.upper:g}{behind(shape.unit)}"
         raise _bad(effect, shape.name, value, allowed)
-    return number
+    return float(value)
 
 
 def _bad(effect: Effect, name: str, value: object, allowed: str) -> InputError:

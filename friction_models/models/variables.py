@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..common.json_values import JsonObject
+from ..common.ranges import is_number
 
 #: Number of a label that was not there in training: it is none of those that were.
 UNKNOWN_LABEL = -1.0
@@ -90,7 +91,7 @@ def as_numbers(
         by_value = _by_value(codes)
 
         def code(value: object) -> float:
-            other = by_value.get(float(value), UNKNOWN_LABEL) if _is_number(value) else UNKNOWN_LABEL
+            other = by_value.get(float(value), UNKNOWN_LABEL) if is_number(value) else UNKNOWN_LABEL
             return codes.get(str(value), other)
 
         return np.array([code(v) for v in values], dtype=np.float64)
@@ -98,10 +99,6 @@ def as_numbers(
 
     numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, start)
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
 
 def _by_value(codes: Mapping[str, float]) -> dict[float, float]:

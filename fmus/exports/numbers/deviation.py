@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from friction_models.common import InputError, shown, unknown_name
+from friction_models.common.ranges import is_number
 from friction_models.loads import LOAD_NAMES, LOADS, QUANTITIES, FloatArray
 from friction_models.loads.contract import behind
 from friction_models.models.variables import UNKNOWN_LABEL, as_numbers
@@ -87,7 +88,7 @@ def _of_label(name: str, value: object, labels: Sequence[str]) -> float:
     (code,) = as_numbers([value], labels, UNKNOWN_LABEL)
     if code != UNKNOWN_LABEL:
         return float(code)
-    if isinstance(value, int | float) and not isinstance(value, bool) and value in range(len(labels)):
+    if is_number(value) and value in range(len(labels)):
         return float(value)
     error = unknown_name(
         "label", shown(value, 60), [one_line(label) for label in labels], f"system variable {name}"

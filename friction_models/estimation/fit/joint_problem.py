@@ -7,6 +7,7 @@ so that the offsets of the tests do not bias what varies within them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -81,9 +82,14 @@ class JointProblem:
         """Estimate the noise floor around base and effects, and weigh by it."""
         if self.layout is None:
             return
-        mean = np.column_stack([flexible_mean(self.campaign, self.law.columns), *self.columns(self.shapes)])
+        mean = np.column_stack([self._flexible, *self.columns(self.shapes)])
         self.estimated = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
         self.whiten = self._weighted(Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6))
+
+    @cached_property
+    def _flexible(self) -> FloatArray:
+        """Columns that follow more than the base, the same in every round."""
+        return flexible_mean(self.campaign, self.law.columns)
 
     def _weighted(self, whiten: Any) -> Any:
         """Return what whitens bins that have been multiplied by the roots of their weights."""

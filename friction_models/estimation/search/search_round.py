@@ -146,8 +146,12 @@ def _spent(campaign: BinnedTests, columns: FloatArray) -> int:
 
     Columns that hardly differ from test to test, as those of the distance, say nothing about the level of a test.
     """
-    levels = np.column_stack([campaign.of_tests(column) for column in columns.T])
-    return int(independent_columns(levels, DIFFERS).shape[1])
+    return int(independent_columns(_levels(campaign, columns), DIFFERS).shape[1])
+
+
+def _levels(campaign: BinnedTests, columns: FloatArray) -> FloatArray:
+    """Return means of columns in the bins over each test, shape (tests, k)."""
+    return np.column_stack([campaign.of_tests(column) for column in columns.T])
 
 
 def _log_speed(campaign: BinnedTests) -> FloatArray:
@@ -281,7 +285,7 @@ def simple_first(ranking: list[Fit]) -> list[Fit]:
 def _freedom(campaign: BinnedTests, mean: FloatArray) -> Freedom:
     """Return what a flexible mean leaves to estimate the scatter between tests, and slow noise along them."""
     between = len(campaign.tests) - _spent(campaign, mean)
-    inside = mean - np.column_stack([campaign.of_tests(column) for column in mean.T])[campaign.test]
+    inside = mean - _levels(campaign, mean)[campaign.test]
     inside = inside[:, np.linalg.norm(inside, axis=0) > DIFFERS * np.linalg.norm(mean, axis=0)]
     bent = independent_columns(inside, DIFFERS).shape[1] if inside.shape[1] else 0
     along = int(np.minimum(np.bincount(campaign.test) - 1, SLOW).sum()) - bent

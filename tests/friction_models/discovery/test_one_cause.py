@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
@@ -29,18 +31,21 @@ def test_a_surface_that_grows_with_the_distance_in_every_test() -> None:
     assert any("along the tests" in w and "psi" in w and "sd" in w for w in found.warnings), found.warnings
 
 
+def three_levels(
+    seed: int, **other: Sequence[object]
+) -> tuple[np.random.Generator, pd.DataFrame, pd.DataFrame]:
+    """Return 45 single means without mu, and a table of three batches with a level of another column for each."""
+    rng = np.random.default_rng(seed)
+    level = rng.integers(3, size=45)
+    columns = {n: np.array(values)[level] for n, values in {"batch": ["A", "B", "C"], **other}.items()}
+    tests = pd.DataFrame({"test_id": [f"t{k:02d}" for k in range(45)], **columns})
+    loads = {"v_rel": rng.uniform(2.0, 60.0, 45), "T": rng.uniform(30.0, 250.0, 45)}
+    return rng, tests[["test_id"]].assign(**loads), tests
+
+
 def test_one_tool_for_each_batch() -> None:
     """Rougher tools rub more; each batch of the lubricant was tested with a tool of its own."""
-    rng = np.random.default_rng(1)
-    tool = rng.integers(3, size=45)
-    tests = pd.DataFrame(
-        {
-            "test_id": [f"t{k:02d}" for k in range(45)],
-            "batch": np.array(["A", "B", "C"])[tool],
-            "Ra": np.array([0.2, 0.5, 1.1])[tool],
-        }
-    )
-    data = tests[["test_id"]].assign(v_rel=rng.uniform(2.0, 60.0, 45), T=rng.uniform(30.0, 250.0, 45))
+    rng, data, tests = three_levels(1, Ra=[0.2, 0.5, 1.1])
     mu = 0.1 + 0.03 * np.sqrt(tests["Ra"]) + 2e-5 * data["T"] + rng.normal(0.0, 0.004, 45)
     found = diagnose(data.assign(mu=mu), tests)
     assert found.verdict == "ambiguous", found.sentence
@@ -49,17 +54,8 @@ def test_one_tool_for_each_batch() -> None:
 
 def test_one_operator_for_each_batch() -> None:
     """A column that is no effect of the catalogue is a rival, too; what crosses them is told, and no load that would not."""
-    rng = np.random.default_rng(5)
-    batch = rng.integers(3, size=45)
-    tests = pd.DataFrame(
-        {
-            "test_id": [f"t{k:02d}" for k in range(45)],
-            "batch": np.array(["A", "B", "C"])[batch],
-            "operator": np.array(["kim", "lee", "moe"])[batch],
-        }
-    )
-    data = tests[["test_id"]].assign(v_rel=rng.uniform(2.0, 60.0, 45), T=rng.uniform(30.0, 250.0, 45))
-    mu = 0.1 + 0.012 * (batch == 2) + 2e-5 * data["T"] + rng.normal(0.0, 0.003, 45)
+    rng, data, tests = three_levels(5, operator=["kim", "lee", "moe"])
+    mu = 0.1 + 0.012 * (tests["batch"] == "C") + 2e-5 * data["T"] + rng.normal(0.0, 0.003, 45)
     found = diagnose(data.assign(mu=mu), tests)
     assert found.verdict == "ambiguous", found.sentence
     assert {*found.confusion_set} == {"batch", "factor:operator"}
