@@ -44,8 +44,7 @@ def beside_names(confirmed: Confirmation, missing: Missing) -> Confirmation:
 
 def _found(missing: Missing) -> Selection | None:
     """Return terms that predict unseen tests better than the names alone, for certain and in most resamples; None without any."""
-    found = missing.selection
-    if found is None or min(found.stability) < STABLE:
+    if (found := missing.stable_selection(STABLE)) is None:
         return None
     # the names with the shapes that all tests gave them, and refitted without each fold
     before = found.all.errors[0].total, missing.before

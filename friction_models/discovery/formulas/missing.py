@@ -39,8 +39,19 @@ class Missing:
     @cached_property
     def selection(self) -> Selection | None:
         """Terms of the grammar that predict unseen tests better; None where none does, or of too few tests. It takes seconds."""
+        return self._selected(0.0)
+
+    def stable_selection(self, share: float) -> Selection | None:
+        """Return the terms if each of them comes first in this share of the resamples; None where one does not."""
+        found = self._selected(share)
+        if found is None or min(found.stability) < share:
+            return None
+        self.selection = found
+        return found
+
+    def _selected(self, least_stable: float) -> Selection | None:
         if len(self.before) < LEAST_TESTS:
             return None
         tried = terms(tuple(self.campaign.varied), self.sloping, self.bins.logarithms)
-        found = select(self.bins, self.whiten, self.unseen.fold_of_test, tried, self.seed)
+        found = select(self.bins, self.whiten, self.unseen.fold_of_test, tried, self.seed, least_stable)
         return found if found.all.chosen else None

@@ -88,11 +88,17 @@ class Selection:
 
 
 def select(
-    bins: Bins, whiten: Whitener, fold: npt.NDArray[np.intp], terms: Sequence[Term], seed: int
+    bins: Bins,
+    whiten: Whitener,
+    fold: npt.NDArray[np.intp],
+    terms: Sequence[Term],
+    seed: int,
+    least_stable: float = 0.0,
 ) -> Selection:
     """Add terms one after the other while unseen tests are predicted better.
 
-    `fold`, shape (tests,), is that of each test, `seed` that of the resamples.
+    `fold`, shape (tests,), is that of each test, `seed` that of the resamples. A term that comes first in fewer of them than
+    `least_stable` is the last one.
     """
     tests = len(fold)
     draws = np.random.default_rng([seed, 7]).integers(tests, size=(RESAMPLES, tests))
@@ -102,7 +108,7 @@ def select(
     rounds: list[list[Ranked]] = []
     stability: list[float] = []
     active = groups
-    while groups[0] in active and len(rounds) < MOST_TERMS:
+    while groups[0] in active and len(rounds) < MOST_TERMS and min(stability, default=1.0) >= least_stable:
         fits = [ChosenTests(g.weight, k) for k, g in enumerate(active)]
         inner = []
         for k, g in enumerate(active):

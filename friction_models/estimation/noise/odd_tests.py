@@ -59,9 +59,10 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
     limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
     most = int(max(MOST_ODD * tests, 1.0))
     far = np.zeros(tests, dtype=bool)
-    far[np.argsort(-np.abs(reference.surprise(columns)), kind="stable")[:most]] = True
+    of_all = reference.surprise(columns)
+    far[np.argsort(-np.abs(of_all), kind="stable")[:most]] = True
     for _ in range(ROUNDS):
-        off = reference.surprise(columns, far)
+        off = reference.surprise(columns, far) if far.any() else of_all
         usual = np.maximum.reduce(
             [np.ones(tests), _of_the_others(off, repeats), _around(off, nearest), *_of_levels(off, levels)]
         )

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
+from scipy.linalg import block_diag
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri, dtrtrs
 from scipy.optimize import minimize
 
 from ...loads import FloatArray
@@ -27,6 +28,8 @@ STRONG = 6.0
 NOTHING = -40.0
 #: Minus twice the log-likelihood of variances for which rounding leaves no solution.
 UNSOLVED = 1e12
+#: First and largest step of the search for them, and the slope at which it ends.
+FIRST_STEP, LARGEST_STEP, LEAST_SLOPE = 2.0, 8.0, 0.1
 
 
 class _Solved(NamedTuple):
@@ -36,8 +39,11 @@ class _Solved(NamedTuple):
     offset: float
     noise: float
     k: FloatArray  #: Of each test, what the inverse of its covariance loses by the offset: (1 - k u u') / noise.
+    gram: FloatArray  #: Products of all columns, weighed by the inverse of the covariance.
     root: FloatArray  #: Lower Cholesky root of the posterior precision, zero above the diagonal.
     b: FloatArray  #: Posterior mean of the coefficients.
+    left: FloatArray  #: Sum over each test of what these leave of mu.
+    rest: float  #: Sum of its squares.
     value: float  #: Minus twice the restricted log-likelihood of the variances.
 
 
@@ -85,21 +91,46 @@ class VariancesOfCurves:
             float(noise),
         )
 
-    def most_likely(self) -> FloatArray:
-        """Return ``theta`` with the largest posterior density."""
+    def most_likely(self, known: FloatArray | None = None) -> FloatArray:
+        """Return ``theta`` with the largest posterior density.
 
-        def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
-            value, gradient = self._unlikelihood_and_slope(theta)
-            z = (theta - self._mean) / self._spread
-            return float(value + z @ z), gradient + 2.0 * z / self._spread
-
-        pairs = len(self.curves) - self._mains
-        bounds = [(-9.0, 4.0)] * self._mains + [(-9.0, 6.0)] * pairs + [(-9.0, 4.0), (-2.0, 3.0)]
+        The search goes on from what is `known` of it, from a search with other curves; nan elsewhere.
+        """
         # from smaller curves the scatter of tests takes the place of those that bend several times, and keeps it
         start = self._mean.copy()
         start[: self._mains] += self._spread[: self._mains]
         start[-2] -= self._spread[-2]
-        best = minimize(criterion, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
+        if known is not None:
+            start = np.where(np.isnan(known), start, known)
+        last: list[tuple[FloatArray, _Solved | None]] = []
+
+        def solved(theta: FloatArray) -> _Solved | None:
+            if not (last and np.array_equal(last[0][0], theta)):
+                last[:] = [(theta.copy(), self._at(theta))]
+            return last[0][1]
+
+        def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
+            if (at := solved(theta)) is None:
+                return UNSOLVED, np.zeros_like(theta)
+            z = (theta - self._mean) / self._spread
+            return at.value + float(z @ z), self._slope(at) + 2.0 * z / self._spread
+
+        def curvature(theta: FloatArray) -> FloatArray:
+            prior = np.diag(2.0 / self._spread**2)
+            return prior if (at := solved(theta)) is None else prior + self._information(at)
+
+        best = minimize(
+            criterion,
+            start,
+            jac=True,
+            hess=curvature,
+            method="trust-exact",
+            options={
+                "initial_trust_radius": FIRST_STEP,
+                "max_trust_radius": LARGEST_STEP,
+                "gtol": LEAST_SLOPE,
+            },
+        )
         return np.asarray(best.x)
 
     def needless(self, theta: FloatArray, among: Collection[int]) -> list[int]:
@@ -138,7 +169,8 @@ class VariancesOfCurves:
         per_test, size, level = self._per_test, self._size, self._level
         k = offset / (noise + offset * size)
         own = np.sqrt(k)[:, None] * per_test
-        A = (self._gram - own.T @ own) / noise
+        gram = (self._gram - own.T @ own) / noise
+        A = gram.copy()
         A[np.diag_indices_from(A)] += precision
         c = (self._score - per_test.T @ (k * level)) / noise
         root, failed = dpotrf(A, lower=1)
@@ -148,31 +180,56 @@ class VariancesOfCurves:
         fit = (self._square - float(k @ level**2)) / noise - float(c @ b)
         value = self._count * np.log(noise) + np.sum(np.log1p(offset * size / noise)) + fit
         value += 2.0 * np.sum(np.log(np.diag(root))) - np.sum(np.log(precision))
-        return _Solved(precision, offset, noise, k, root, b, float(value))
+        left = level - per_test @ b
+        rest = self._square - 2.0 * float(self._score @ b) + float(b @ self._gram @ b)
+        return _Solved(precision, offset, noise, k, gram, root, b, left, rest, float(value))
 
-    def _unlikelihood_and_slope(self, theta: FloatArray) -> tuple[float, FloatArray]:
-        """Return minus twice the restricted log-likelihood, and its gradient."""
-        gradient = np.zeros_like(theta)
-        at = self._at(theta)
-        if at is None:
-            return UNSOLVED, gradient
-        precision, offset, noise, k, root, b, value = at
-        per_test, size, level = self._per_test, self._size, self._level
-        inverse_root = dtrtri(root, lower=1)[0]
+    def _slope(self, at: _Solved) -> FloatArray:
+        """Return the gradient of minus twice the restricted log-likelihood."""
+        precision, offset, noise, k, b = at.precision, at.offset, at.noise, at.k, at.b
+        per_test, size = self._per_test, self._size
+        gradient = np.empty(len(self.curves) + 2)
+        inverse_root = dtrtri(at.root, lower=1)[0]
         variance = np.sum(inverse_root**2, axis=0)
         used = np.add.reduceat(precision * (variance + b**2), self._first)
         gradient[:-2] = self._sums.T @ (self._widths - used)
         # noise: V = noise I + offset u u' in each test
-        left = level - per_test @ b
-        total = noise + offset * size
+        left, total = at.left, noise + offset * size
         spent_by_test = np.sum((per_test @ inverse_root.T) ** 2, axis=1)
         by_offset = size / total - spent_by_test / total**2 - (left / total) ** 2
         gradient[-2] = offset * float(by_offset.sum())
         twice = 2.0 * k - k**2 * size
-        rest = self._square - 2.0 * float(self._score @ b) + float(b @ self._gram @ b)
         # trace of posterior covariance times Gram matrix, which differs from the inverse of the covariance by prior and offsets
         spent = noise * (len(b) - float(precision @ variance)) + float((k - twice) @ spent_by_test)
         by_noise = (self._count - float(k @ size)) / noise
-        by_noise -= (spent + rest - float(twice @ left**2)) / noise**2
+        by_noise -= (spent + at.rest - float(twice @ left**2)) / noise**2
         gradient[-1] = noise * by_noise
-        return value, gradient
+        return gradient
+
+    def _information(self, at: _Solved) -> FloatArray:
+        """Return the average of expected and observed curvature of minus twice the restricted log-likelihood.
+
+        Gilmour, Thompson, Cullis, Biometrics 51 (1995) 1440: what curves, offsets and noise make of mu, weighed by the inverse of
+        the covariance without the free terms. It is positive definite, and takes no matrix but that of the solution.
+        """
+        offset, noise, b = at.offset, at.noise, at.b
+        total = noise + offset * self._size
+        mean = at.left / total  # of each test, what is left of mu, weighed
+        own = offset * mean
+        each = np.zeros((len(b), len(self.curves)))
+        each[np.arange(self._free, len(b)), np.repeat(np.arange(len(self.curves)), self._widths)] = b[
+            self._free :
+        ]
+        by_offset = self._per_test.T @ (own / total)
+        columns = np.column_stack([at.gram @ each, by_offset, at.precision * b - by_offset])
+        found = np.empty((columns.shape[1],) * 2)
+        found[:-2] = each.T @ columns
+        found[:, :-2] = found[:-2].T
+        found[-2, -2] = float(own**2 @ (self._size / total))
+        found[-2, -1] = found[-1, -2] = noise * float(own @ (mean / total))
+        square = at.rest - 2.0 * float(own @ at.left) + float(own**2 @ self._size)
+        found[-1, -1] = square / noise - noise * float(at.k @ mean**2)
+        rows = dtrtrs(at.root, columns, lower=1)[0]
+        found -= rows.T @ rows
+        sums = block_diag(self._sums, np.eye(2))
+        return np.asarray(sums.T @ found @ sums)

@@ -158,16 +158,17 @@ def _largest_square(campaign: BinnedTests, residual: FloatArray, groups: list[In
 def same_settings(campaign: BinnedTests, metadata: Sequence[FloatArray] = ()) -> list[Indexes]:
     """Return groups of tests with the same mean loads and the same `metadata`, at least two in each."""
     columns = [*(in_units(n, level) for n, level in campaign.levels.items()), *metadata]
-    if not columns:
-        return [np.arange(len(campaign.tests))]
-    means = np.column_stack(columns)
+    tests = len(campaign.tests)
+    near = np.ones((tests, tests), dtype=bool)
+    for column in columns:
+        near &= np.abs(column[:, None] - column) <= 1.0
+    order = np.lexsort(np.array(columns)[::-1]) if columns else np.arange(tests)
+    left = near.sum(axis=1) > 1
     groups: list[Indexes] = []
-    left = np.lexsort(means.T[::-1])
-    while len(left):
-        near = np.all(np.abs(means[left] - means[left[0]]) <= 1.0, axis=1)
-        if near.sum() > 1:
-            groups.append(left[near])
-        left = left[~near]
+    for k in order:
+        if left[k] and len(own := order[(near[k] & left)[order]]) > 1:
+            groups.append(own)
+            left[own] = False
     return groups
 
 
