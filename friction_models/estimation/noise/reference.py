@@ -68,7 +68,6 @@ class Reference:
         #: Quantities along which it has curves: loads, ``distance``, what the contact has been through, metadata.
         self.names, self.curves, self._metadata = reference_curves(campaign, without)
         self.metadata = tuple(self.names[k] for k in self._metadata)
-        self._quantities = [tuple(self.names[k] for k in c.of) for c in self.curves]
         whiten = Whitener(Layout.of(campaign), replace(floor, test=0.0), self.scale)
         self._starts = campaign.first_bins
         self._white = whiten(np.column_stack([np.ones(len(y)), y, *(c.columns for c in self.curves)]))
@@ -128,13 +127,10 @@ class Reference:
         weight = np.add.reduceat(count, self._starts)
         return np.asarray(np.add.reduceat(count[:, None] * columns, self._starts, axis=0) / weight[:, None])
 
-    def _prepared(
-        self, terms: FloatArray, seen: Mask | None = None, known: FloatArray | None = None
-    ) -> _Prepared:
+    def _prepared(self, terms: FloatArray, seen: Mask | None = None) -> _Prepared:
         """Return the rows of terms and curves in units of the noise, with the prior variances of largest posterior density.
 
-        These variances come from the bins that are `seen`, by default all; `known` are those of a reference with more metadata,
-        as of `VariancesOfCurves.most_likely`.
+        These variances come from the bins that are `seen`, by default all.
         """
         norms = np.linalg.norm(terms, axis=0)
         terms = terms[:, norms > 0] / norms[norms > 0]
@@ -145,13 +141,9 @@ class Reference:
         some = self._some(np.ones(len(rows), dtype=bool) if seen is None else seen)
         one, y, test = self._white[some, 0], self._white[some, 1], self.campaign.test[some]
         variances = VariancesOfCurves(rows[some], one, y, test, self.curves, self.scale)
-        theta = variances.most_likely(known)
+        theta = variances.most_likely()
         if needless := variances.needless(theta, self._metadata):
-            less = self._without(self.names[k] for k in needless)
-            found = dict(zip(self._quantities, theta, strict=False))
-            return less._prepared(
-                terms, seen, np.r_[[found.get(q, np.nan) for q in less._quantities], theta[-2:]]
-            )
+            return self._without(self.names[k] for k in needless)._prepared(terms, seen)
         precision, offset, noise = variances.split(theta)
         apart, root = _decorrelated(self._white[:, 0], offset / noise, self._starts), np.sqrt(noise)
         plain = np.column_stack([terms, *(c.columns for c in self.curves)])

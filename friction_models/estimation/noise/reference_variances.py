@@ -91,17 +91,12 @@ class VariancesOfCurves:
             float(noise),
         )
 
-    def most_likely(self, known: FloatArray | None = None) -> FloatArray:
-        """Return ``theta`` with the largest posterior density.
-
-        The search goes on from what is `known` of it, from a search with other curves; nan elsewhere.
-        """
+    def most_likely(self) -> FloatArray:
+        """Return ``theta`` with the largest posterior density."""
         # from smaller curves the scatter of tests takes the place of those that bend several times, and keeps it
         start = self._mean.copy()
         start[: self._mains] += self._spread[: self._mains]
         start[-2] -= self._spread[-2]
-        if known is not None:
-            start = np.where(np.isnan(known), start, known)
         last: list[tuple[FloatArray, _Solved | None]] = []
 
         def solved(theta: FloatArray) -> _Solved | None:
