@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from friction_models import LinearFriction
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.fit.joint_problem import JointProblem, solve_jointly
+from friction_models.estimation.fit.joint_problem import JointProblem, _within, solve_jointly
 from friction_models.estimation.search.base_law import base_law
 
 from .estimation_cases import measured
@@ -53,3 +54,20 @@ def test_no_effect_changes_mu_by_more_than_was_measured() -> None:
     )
     share = problem.columns(problem.shapes)[0] @ problem.solve(problem.shapes)[1][0]
     assert np.ptp(share) <= data["mu"].max()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_coefficients_within_bounds_are_those_of_another_solver(seed: int) -> None:
+    """The whole problem by the trust region of scipy, with the base unbounded; two columns of the base are the same."""
+    rng = np.random.default_rng(seed)
+    matrix, target = rng.normal(size=(60, 7)), rng.normal(size=60)
+    matrix[:, 2] = matrix[:, 1]
+    matrix[:, 5] += matrix[:, 0]
+    low, high = np.array([0.0, -0.05, -1.0, -0.2]), np.array([0.3, 0.0, 1.0, 0.2])
+    found = _within(matrix, target, 3, low, high)
+    assert np.all((found[3:] >= low) & (found[3:] <= high))
+    with np.errstate(invalid="ignore"):
+        bounds = np.r_[np.full(3, -np.inf), low], np.r_[np.full(3, np.inf), high]
+        other = lsq_linear(matrix, target, bounds, tol=1e-14)
+    assert np.sum((matrix @ found - target) ** 2) == pytest.approx(2.0 * other.cost, rel=1e-9)
+    assert np.any((found[3:] == low) | (found[3:] == high))

@@ -7,7 +7,7 @@ so that the offsets of the tests do not bias what varies within them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -40,6 +40,8 @@ LEAST_SEEN = 1e-4
 KEEP_WEIGHTS = 0.98
 #: The same for empirical terms, which were chosen by the weights: another curve must be better by more.
 KEEP_CURVE = 0.95
+#: Columns of effects that are kept while their shapes are sought.
+MOST_KEPT = 32
 
 
 def solve_jointly(
@@ -75,6 +77,8 @@ class JointProblem:
         self.root = None if weights is None else np.sqrt(campaign.average(weights))
         self.whiten: Any = self._weighted(lambda values: values)
         self._known: tuple[Any, FloatArray, FloatArray] | None = None
+        #: Slopes along the shape of one effect need the others as they were.
+        self._block = lru_cache(MOST_KEPT)(self._evaluated)
         self.scanned = False
         self.estimated: NoiseFloor | None = None
 
@@ -132,8 +136,10 @@ class JointProblem:
 
     def columns(self, shapes: Sequence[Mapping[str, float]]) -> list[FloatArray]:
         """Return the basis of every effect in the bins, shape (m, amplitudes) each."""
-        effects = zip(self.effects, shapes, strict=True)
-        return [bin_means(effect, self.campaign, self.mu, shape)[:, 0] for effect, shape in effects]
+        return [self._block(k, tuple(shape.items())) for k, shape in enumerate(shapes)]
+
+    def _evaluated(self, k: int, shape: tuple[tuple[str, float], ...]) -> FloatArray:
+        return bin_means(self.effects[k], self.campaign, self.mu, dict(shape))[:, 0]
 
     def solve(
         self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None
@@ -161,12 +167,7 @@ class JointProblem:
         most = scale[p:] * largest_amplitudes(self.campaign, plain[:, p:])
         low, high = np.where(signs > 0, 0.0, -most), np.where(signs < 0, 0.0, most)
         if np.any((x[p:] < low) | (x[p:] > high)):
-            low, high = np.r_[np.full(p, -np.inf), low], np.r_[np.full(p, np.inf), high]
-            q, r = np.linalg.qr(matrix / scale)
-            # The base is unbounded: scipy multiplies infinite steps to its bounds by zero, and discards the result.
-            with np.errstate(invalid="ignore"):
-                x = lsq_linear(r, q.T @ target, (low, high), lsmr_tol="auto").x
-            x[p:] = np.where(np.abs(x[p:]) < 1e-12 * np.max(np.abs(x)), 0.0, x[p:])
+            x = _within(matrix / scale, target, p, low, high)
         rest = (target - (matrix / scale) @ x)[:n]
         x = x / scale
         sizes = np.cumsum([0, *(len(e.amplitudes) for e in self.effects)])
@@ -244,6 +245,20 @@ class JointProblem:
                 for e, a in zip(self.effects, amplitudes, strict=True)
             ]
             self.mu = np.maximum(own + self.contribution(keep), 0.0)
+        self._block.cache_clear()
+
+
+def _within(
+    matrix: FloatArray, target: FloatArray, free: int, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Return the least-squares coefficients of the columns of a matrix, all but the first `free` within bounds."""
+    base = matrix[:, :free]
+    others = np.column_stack([matrix[:, free:], target])
+    along = np.linalg.lstsq(base, others, rcond=1e-10)[0]
+    # what the base leaves is fitted by the others alone
+    r = np.linalg.qr(others - base @ along).R
+    bounded = lsq_linear(r[:, :-1], r[:, -1], (low, high), method="bvls").x
+    return np.r_[along[:, -1] - along[:, :-1] @ bounded, bounded]
 
 
 def _rows(values: FloatArray, by: FloatArray) -> FloatArray:
