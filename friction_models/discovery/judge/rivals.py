@@ -22,7 +22,7 @@ from .unseen_tests import StraightFits
 
 #: An effect must beat what could stand in its place by so many standard errors on unseen tests.
 APART = 1.7
-#: Share of the gain of a named effect below which another one is no rival.
+#: Share of what a named effect takes, from the fit or from the error on unseen tests, below which another one is no rival.
 WORTH = 0.25
 #: A rival of at least this share of the gain of the first effect stays where the tests do not prefer the first by so many
 #: standard errors, formulas being as wrong as the leads of single tests show.
@@ -69,7 +69,8 @@ class Rivals:
             instead = [f, *others]
             as_good = missing > 0.0 and (self.straight.errors(instead).rms ** 2 - own.rms**2 < missing)
             tied = one_cause(self.campaign, first.effect.driver, f.effect.driver)
-            if tied or as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead)):
+            likely = as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead))
+            if tied or (likely and self._stands_for(kept, others, f)):
                 found[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]
@@ -80,11 +81,18 @@ class Rivals:
                 for f in seen
                 if f.name not in names
                 and f.gain > least
+                and self._stands_for(kept, beside, f)
                 and not self._apart(kept, [*beside, f], beside, named, f)
             ]
         for f in kept:
             found[f.name] += factors_like(self.campaign, f.effect, (r.effect for r in self.found.ranking))
         return found
+
+    def _stands_for(self, kept: Sequence[Fit], beside: Sequence[Fit], rival: Fit) -> bool:
+        """Return whether a rival `beside` all names but one takes a fair share of what that one takes from the error on unseen tests."""
+        without = self.straight.errors(beside).rms ** 2
+        taken, by_rival = (without - self.straight.errors(of).rms ** 2 for of in (kept, [*beside, rival]))
+        return by_rival > WORTH * taken
 
     def behind(self, kept: Sequence[Fit], alike: Sequence[str]) -> list[str]:
         """Return those of some effects, the first of them named, that are far worse in its place on unseen tests.

@@ -52,21 +52,43 @@ def physical_sets(
         return sized
     amplitude = amplitudes[:, 0]
     # slope of the base along this load, the others held, for every set
-    varied = [n for n in LOAD_NAMES if campaign.varies(n)]
-    loads = np.column_stack([campaign.average(getattr(campaign.loads, n)) for n in varied])
-    spread = loads.std(axis=0)
-    straight = np.column_stack([np.ones(len(y)), (loads - loads.mean(axis=0)) / np.maximum(spread, 1e-300)])
-    slopes = np.linalg.lstsq(straight, columns, rcond=1e-9)[0][1 + varied.index(name)]
-    white = whiten(columns)
-    along = slopes @ np.linalg.pinv(white, rcond=1e-9)
+    slopes = _slopes(campaign, name, columns)
+    along = slopes @ np.linalg.pinv(whiten(columns), rcond=1e-9)
     slope = along @ whiten(y) - amplitude * (along @ whiten(bins[:, :, 0]))
-    x = straight[:, 1 + varied.index(name)]
-    order = np.argsort(x, kind="stable")
-    starts = np.unique(np.linspace(0, len(x), RANGES + 1).astype(int)[:-1])
-    count = np.diff(np.r_[starts, len(x)])
-    place = np.add.reduceat(x[order], starts) / count
-    term = np.add.reduceat(bins[order, :, 0], starts, axis=0) / count[:, None] * amplitude
+    place, term = _by_range(campaign, name, bins[:, :, 0])
+    term = term * amplitude
     way = np.sign(term[-1] - term[0])
     steps = np.diff(slope * place[:, None] + term, axis=0) * way
     right, wrong = np.maximum(steps, 0.0).sum(axis=0), np.maximum(-steps, 0.0).sum(axis=0)
     return np.asarray(sized & ((right >= OWN_WAY * (right + wrong)) | (amplitude == 0.0)))
+
+
+def against_the_base(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray) -> float:
+    """Return by how many times more a term changes along a load than base and term together, both in the bins, shape (m,)."""
+    place, own = _by_range(campaign, name, term[:, None])
+    whole = _slopes(campaign, name, base) * place + own[:, 0]
+    return float(np.ptp(own) / max(np.ptp(whole), 1e-300))
+
+
+def _slopes(campaign: BinnedTests, name: str, columns: FloatArray) -> FloatArray:
+    """Return the slope of columns by one standard deviation of a load, the other loads held, shape (...)."""
+    varied = [n for n in LOAD_NAMES if campaign.varies(n)]
+    straight = np.column_stack([np.ones(len(columns)), *(_scaled(campaign, n) for n in varied)])
+    return np.asarray(np.linalg.lstsq(straight, columns, rcond=1e-9)[0][1 + varied.index(name)])
+
+
+def _by_range(campaign: BinnedTests, name: str, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the means of a load, in standard deviations, and of columns, shape (m, k), in its ranges."""
+    x = _scaled(campaign, name)
+    order = np.argsort(x, kind="stable")
+    starts = np.unique(np.linspace(0, len(x), RANGES + 1).astype(int)[:-1])
+    count = np.diff(np.r_[starts, len(x)])
+    return (
+        np.add.reduceat(x[order], starts) / count,
+        np.add.reduceat(columns[order], starts, axis=0) / count[:, None],
+    )
+
+
+def _scaled(campaign: BinnedTests, name: str) -> FloatArray:
+    values = campaign.average(getattr(campaign.loads, name))
+    return np.asarray((values - values.mean()) / max(float(values.std()), 1e-300))
