@@ -216,8 +216,10 @@ def _check_names(source: FrictionSource) -> None:
     single = [p.name for p in source.system if p.name not in elements]
     for name in [s.name for s in source.states] + single + [a.name for a in arrays]:
         if name in taken or not re.fullmatch(r"[A-Za-z_]\w*", name, flags=re.ASCII):
+            plain = c_identifier(name)
+            hint = "" if plain in taken else f", such as {plain!r} for a column of the test table,"
             raise InputError(
                 f"{source.where}: state or system variable {name!r} cannot be an FMI variable; "
-                f"allowed: a plain name that is not yet taken ({', '.join(sorted(taken))})"
+                f"allowed: a plain name{hint} that is not yet taken ({', '.join(sorted(taken))})"
             )
         taken.add(name)

@@ -22,6 +22,7 @@ from ..families.composed import ComposedFriction
 from ..families.refinement_history import rise_text
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
+from ..loads.dataset import TRAINING
 from ..loads.splits import Mask
 from ..models.base import FrictionModel
 from ..models.domain import Domain
@@ -246,11 +247,12 @@ def _sure(entry: Mapping[str, Any]) -> list[str]:
 
 
 def _held_out(loads: TriboLoads) -> np.ndarray | None:
-    """Return which points belong to tests of another role than ``train``, or None without such tests."""
+    """Return which points belong to tests of another role than ``train``, or None without such tests; a blank is none."""
     roles = loads.context_column("role")
     if roles is None:
         return None
-    held = np.asarray(roles).astype(str) != "train"
+    known = pd.Series(roles).fillna(TRAINING).astype(str).str.strip()
+    held = ~known.isin([TRAINING, ""]).to_numpy()
     return held if held.any() and not held.all() else None
 
 

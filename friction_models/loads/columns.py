@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..common.errors import InputError, nearest
-from .contract import LOAD_NAMES, LOADS, POINT_COLUMNS, POINT_UNITS
+import numpy as np
+
+from ..common.errors import InputError, nearest, shown
+from .contract import LOAD_NAMES, LOADS, POINT_COLUMNS, POINT_UNITS, FloatArray
 
 if TYPE_CHECKING:  # solver processes of FMUs start without pandas
     import pandas as pd
@@ -80,3 +82,18 @@ def require_every_load(columns: Iterable[object], where: str) -> None:
 
 def _alike(name: str, column: str) -> bool:
     return difflib.SequenceMatcher(None, name.casefold(), column.casefold()).ratio() >= ALIKE
+
+
+def stated_uncertainty(column: pd.Series[Any]) -> FloatArray:
+    """Return stated uncertainties as numbers; raise where a cell holds something else."""
+    import pandas as pd
+
+    numbers = pd.to_numeric(column, errors="coerce")
+    wrong = (numbers.isna() & column.notna()).to_numpy()
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        text = shown(str(column.iloc[row]), 30)
+        raise InputError(
+            f"column {str(column.name)!r}, row {row}: {text!r}; allowed: finite numbers from 0 on"
+        )
+    return numbers.to_numpy(dtype=np.float64)

@@ -23,6 +23,9 @@ from .points import check_points
 from .table import Table, read_file, read_table
 from .tribo_loads import TriboLoads
 
+#: What a test is for that has no role.
+TRAINING = "train"
+
 
 @dataclass
 class DataSet:
@@ -34,7 +37,7 @@ class DataSet:
         One row a point: `POINT_COLUMNS`, more columns allowed.
     tests : pandas.DataFrame or None
         One row a test: `test_id` and any metadata; the optional column `role` holds ``train`` or
-        ``test`` and marks the tests that are held out.
+        ``test`` and marks the tests that are held out; one without a role is for training.
     info : dict
         Content of `dataset.json`: ``synthetic`` (bool), provenance, versions.
     notes : tuple of str
@@ -70,6 +73,11 @@ class DataSet:
     def __post_init__(self) -> None:
         # The points carry their provenance, so that a model fitted on them says whether they are synthetic.
         self.points.attrs.update(self.info)
+        if self.tests is not None and "role" in self.tests.columns:
+            role = self.tests["role"]
+            blank = role.isna() | (role.astype(str).str.strip() == "")
+            if blank.any():
+                self.tests = self.tests.assign(role=role.astype(object).mask(blank, TRAINING))
 
     @classmethod
     def load(
@@ -175,6 +183,8 @@ class DataSet:
     def select(self, role: str | None) -> DataSet:
         """Return the tests of one role (``train`` or ``test``); all of them where no role is recorded.
 
+        A test that the table does not list is for training.
+
         Examples
         --------
         >>> points = pd.DataFrame({"test_id": ["a", "b"], "mu": [0.08, 0.07]})
@@ -184,9 +194,11 @@ class DataSet:
         """
         if role is None or self.tests is None or "role" not in self.tests.columns:
             return self
-        tests = self.tests[self.tests["role"] == role].reset_index(drop=True)
-        points = self.points[self.points["test_id"].isin(tests["test_id"])].reset_index(drop=True)
-        return DataSet(points, tests, self.info)
+        own = self.tests["role"] == role
+        named = self.tests.loc[~own if role == TRAINING else own, "test_id"]
+        chosen = self.points["test_id"].isin(named) != (role == TRAINING)
+        points = self.points[chosen].reset_index(drop=True)
+        return DataSet(points, self.tests[own].reset_index(drop=True), self.info)
 
     def without_load_uncertainty(self) -> DataSet:
         """Return the same data without the standard uncertainties of the loads, so that nothing honours them.

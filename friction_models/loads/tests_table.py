@@ -14,13 +14,13 @@ from pathlib import Path
 from ..common.errors import InputError, check_readable, nearest, shown, unknown_name
 from ..common.files import atomic_path
 from ..common.locks import one_at_a_time
-from .dataset import read_tests
+from .dataset import TRAINING, read_tests
 from .earlier_tables import keep
 from .points import load_points
 from .table import encoding_of, header_of
 
 #: What a test may be for; without a role it is for training.
-ROLES = ("train", "test")
+ROLES = (TRAINING, "test")
 #: Larger tables are not changed here.
 _MAX_BYTES = 50_000_000
 #: How often a table that others change meanwhile is read again.

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..common.errors import InputError, unknown_name
-from .columns import STAND_IN, measured_loads
+from .columns import STAND_IN, measured_loads, stated_uncertainty
 from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, FloatArray, Quantity, behind
 from .order import order_of_tests
 
@@ -147,8 +147,9 @@ class TriboLoads:
                     f"tests: test_id {str(twice[0])!r} stands in {int((table.index == twice[0]).sum())} rows; allowed: one row a test"
                 )
             from .run_order import with_numbered_dates
+            from .test_numbers import with_numbers
 
-            object.__setattr__(self, "context", with_numbered_dates(table))
+            object.__setattr__(self, "context", with_numbers(with_numbered_dates(table)))
         if self.t is not None:
             order_of_tests(self.test_id, self.t, self.sd)
 
@@ -190,8 +191,6 @@ class TriboLoads:
         >>> loads.absent
         ('sd', 'psi')
         """
-        import pandas as pd
-
         measured = measured_loads(data.columns)
         v_rel, T, sigma_n, sd, psi = (
             data[n].to_numpy() if n in measured else np.full(len(data), STAND_IN[n]) for n in LOAD_NAMES
@@ -200,7 +199,7 @@ class TriboLoads:
         test_id = data["test_id"].to_numpy() if "test_id" in data.columns else None
         absent = tuple(n for n in LOAD_NAMES if n not in measured)
         stated = {
-            load: pd.to_numeric(data[column], errors="coerce").to_numpy(dtype=np.float64)
+            load: stated_uncertainty(data[column])
             for load, column in UNCERTAINTY_COLUMNS.items()
             if load in measured and column in data.columns
         }

@@ -44,9 +44,8 @@ def reservations(
             "were tested, in a way that is not named here"
         )
     if confirmed.of_another_form and verdict != "partly_explained":
-        little = "" if confirmed.leaves_much else ", if only a little"
         said.append(
-            f"a flexible prediction that knows no formula is better on unseen tests than what is named{little}: the law may have another "
+            f"a flexible prediction that knows no formula is better on unseen tests than what is named: the law may have another "
             "form, or be another effect that looks alike here"
         )
     said += [

@@ -9,6 +9,7 @@ import pandas as pd
 from ...common import InputError
 from ...loads import LOADS, DataSet
 from ...loads.contract import ORDER
+from ...loads.run_order import with_numbered_dates
 
 
 def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]]:
@@ -92,6 +93,7 @@ def _continued(
     table = tests.assign(test_id=tests["test_id"].astype(str))
     table = table[table["test_id"].isin(names)].reset_index(drop=True)
     table["test_id"] = table["test_id"].map(names)
+    table = with_numbered_dates(table)
     if ORDER in table.columns:
         order = pd.to_numeric(table[ORDER], errors="coerce")
         if order.notna().any():

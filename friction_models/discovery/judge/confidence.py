@@ -13,11 +13,12 @@ from collections.abc import Collection
 import numpy as np
 from scipy.special import expit
 
-from ...estimation.campaign.binning import FEW_TESTS, BinnedTests
+from ...estimation.campaign.binning import BinnedTests
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import EITHER
 from ...estimation.search.zero_reading import credible
 from .confirmation import ANOTHER_FORM, EXPLAINED, NAMED, Confirmation
+from .error_budget import LEAST_TESTS
 from .identifiability import one_load
 from .verdict import LEVEL, Evidence
 
@@ -141,7 +142,10 @@ def sureness(
         sure = max(sure, min(1.0 - off, LIMITS[1]))
     unsure = [
         not found.floor.known,
-        nothing and (len(campaign.tests) < FEW_TESTS or blurred(campaign, found)),
+        nothing and (len(campaign.tests) < LEAST_TESTS or blurred(campaign, found)),
+        nothing
+        and grounds["reference"]
+        > 0.0,  # not certain enough to be said, and never seen where nothing is hidden
         nothing and grouped,  # what sets the groups apart is missing
         nothing and confirmed.lacks_fit,
         verdict == "unknown_structure" and off is None and confirmed.by_repeats,

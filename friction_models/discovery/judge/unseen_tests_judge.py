@@ -25,8 +25,9 @@ from .verdict import BENT_MEMORY
 
 #: More than this share of what is left lies along the load of the only name: its form is another one.
 ALONG_ITS_LOAD = 0.6
-#: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain.
-ALONE_SHARE, ALONE_CERTAIN = 0.05, 3.0
+#: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain; if it is much
+#: of the error, what it needs to be believed is enough.
+ALONE_SHARE, ALONE_CERTAIN, MUCH = 0.05, 3.0, 0.25
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
 MAYBE, CONFIRMED = 0.2, 1.7
 #: An effect of one load that changes mu by so many times what it changes together with the model is the curve of another law. Of 30
@@ -258,7 +259,8 @@ def _told_apart(kept: Sequence[Fit], alike: Sequence[str], behind: Sequence[str]
 
 def _certainly_missing(shares: ErrorShares) -> bool:
     """Return whether the reference says for certain that something is missing, where no effect is seen."""
-    return shares.missing > ALONE_SHARE * shares.base and shares.certainty > ALONE_CERTAIN
+    share = shares.missing / max(shares.base, 1e-300)
+    return share > ALONE_SHARE and shares.certainty > (BELIEVED if share > MUCH else ALONE_CERTAIN)
 
 
 def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:

@@ -12,6 +12,7 @@ import pandas as pd
 from ...common.errors import shown
 from ...loads import FloatArray, TriboLoads
 from ...loads.contract import ORDER
+from ...loads.test_numbers import NO_NUMBERS
 
 #: Share of the tests that may lack a metadata value.
 MOST_EMPTY = 0.5
@@ -47,7 +48,7 @@ EVALUATED = frozenset(
 
 
 def about_table(loads: TriboLoads) -> list[str]:
-    """Return a warning if the table of tests does not describe the tests of the points."""
+    """Return warnings if the table of tests does not describe the tests of the points, or holds texts among numbers."""
     table = loads.context
     if table is None or loads.test_id is None:
         return []
@@ -60,13 +61,19 @@ def about_table(loads: TriboLoads) -> list[str]:
         return [
             f"no test of the table of tests is in the data (there {str(table.index[0])!r}, here {names[0]!r}): its metadata are not used"
         ]
+    said = [
+        f"{name} of the test {test} is {shown(text, 30)!r}, no number{f'; {count} cells of this column are none' if count > 1 else ''}: "
+        "such a test counts as one where it was not recorded"
+        for name, (test, text, count) in table.attrs.get(NO_NUMBERS, {}).items()
+        if name not in NOT_METADATA
+    ]
     if is_text(loads, ORDER):
         text = next(v for v in table[ORDER].dropna() if pd.isna(pd.to_numeric(v, errors="coerce")))
-        return [
+        said.append(
             f"the column {ORDER} of the table of tests holds {shown(str(text), 30)!r}: it is not used, so nothing is said about what changed from "
             "test to test; allowed: numbers in the order of the runs, or dates such as 2024-01-31"
-        ]
-    return []
+        )
+    return said
 
 
 def _enough(values: pd.Series) -> bool:

@@ -69,7 +69,8 @@ def _not_tested(effect: Effect, campaign: BinnedTests) -> str | None:
     if effect.needs_state and campaign.averaged:
         return "memory needs more than one point a test"
     absent = [m for m in effect.metadata if m not in campaign.system]
-    return "; ".join(recorded(campaign.loads, m) for m in absent) if absent else None
+    reasons = [recorded(campaign.loads, m) or f"the test table holds no numbers in {m}" for m in absent]
+    return "; ".join(reasons) or None
 
 
 def constant(effect: Effect, campaign: BinnedTests) -> list[str]:

@@ -54,7 +54,9 @@ def diagnose(
         Reads(),
     ],
     tests: Tests = None,
-    seed: Annotated[int, typer.Option(help="Seed of the bootstrap.")] = 0,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the bootstrap, and of how the tests are dealt to folds.")
+    ] = 0,
     json: Json = None,
     report: Report = None,
     plan: NextTests = None,
