@@ -92,7 +92,7 @@ class Rivals:
         """Return whether a rival `beside` all names but one takes a fair share of what that one takes from the error on unseen tests."""
         without = self.straight.errors(beside).rms ** 2
         taken, by_rival = (without - self.straight.errors(of).rms ** 2 for of in (kept, [*beside, rival]))
-        return by_rival > WORTH * taken
+        return by_rival >= WORTH * taken
 
     def behind(self, kept: Sequence[Fit], alike: Sequence[str]) -> list[str]:
         """Return those of some effects, the first of them named, that are far worse in its place on unseen tests.
