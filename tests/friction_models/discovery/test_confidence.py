@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -18,7 +21,11 @@ from friction_models.discovery.judge.confidence import (
     MOST_WHERE_ONE_STANDS_OUT,
     WEIGHTS,
     confidence,
+    sureness,
 )
+from friction_models.discovery.judge.confirmation import Confirmation
+from friction_models.discovery.judge.error_budget import ErrorShares
+from friction_models.discovery.judge.unseen_tests_judge import _certainly_missing
 from friction_models.effects import CATALOGUE
 from friction_models.loads import LOAD_NAMES
 
@@ -64,6 +71,28 @@ def test_nothing_is_missing_is_not_sure_where_an_effect_stands_out() -> None:
     grounds = dict.fromkeys({n for _, w in WEIGHTS.values() for n in w}, 0.0) | {"log_tests": 5.0}
     assert confidence("nothing_missing", grounds | {"seen": 1.2}) > 0.9
     assert confidence("nothing_missing", grounds | {"seen": 1.4}) == MOST_WHERE_ONE_STANDS_OUT
+
+
+@pytest.mark.parametrize(("tests", "reference", "sure"), [(30, 0.0, True), (30, 2.6, False), (7, 0.0, False)])
+def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_nothing(
+    tests: int, reference: float, sure: bool
+) -> None:
+    """The reference predicts better by 2.6 standard errors; of seven tests it says nothing about what sets them apart."""
+    names = {n for _, w in WEIGHTS.values() for n in w}
+    grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "reference": reference}
+    campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests))
+    found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01))
+    kept = Confirmation("nothing_missing")
+    said = sureness(campaign, found, kept, grounds, off=None, grouped=False, knows_noise=False, unread=False)
+    assert (said > 0.9) is sure and (sure or said <= 0.5)
+
+
+@pytest.mark.parametrize(
+    ("missing", "certain", "said"), [(0.4, 2.6, True), (0.1, 2.6, False), (0.1, 3.2, True), (0.4, 2.0, False)]
+)
+def test_of_much_that_is_missing_less_certainty_is_asked(missing: float, certain: float, said: bool) -> None:
+    shares = ErrorShares(1.0, 1.0, 1.0 - missing, certain, (0.4, 1.2), "reference", certain)
+    assert _certainly_missing(shares) is said
 
 
 def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPatch) -> None:

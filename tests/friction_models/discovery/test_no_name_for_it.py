@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from friction_models.discovery import diagnose
 
@@ -48,3 +49,13 @@ def test_two_names_that_only_cancel_each_other_are_no_answer() -> None:
     data["mu"] += 0.022 * np.exp(-(((data["sigma_n"] - 900.0) / 260.0) ** 2))
     found = diagnose(data, model="constant")
     assert found.verdict == "unknown_structure" and any("bump(sigma_n)" in o.name for o in found.formulas)
+
+
+@pytest.mark.parametrize("steep", [0.0, -2e-5])
+def test_a_valley_along_pressure_is_no_saturation_beside_a_steep_line(steep: float) -> None:
+    data = at_random_loads(11, points=40)
+    p = data["sigma_n"]
+    data["mu"] += steep * (p - 900.0) + 0.035 * ((p - 850.0) / 850.0) ** 2
+    found = diagnose(data)
+    assert found.verdict == "unknown_structure", found.sentence
+    assert found.where[0]["variables"] == ["sigma_n"]

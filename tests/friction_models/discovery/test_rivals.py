@@ -26,3 +26,28 @@ def test_a_rival_of_a_further_name_gains_a_good_part_of_what_it_gains(gain: floa
     further: Any = lambda known, level=0.05: [named, other]  # noqa: E731
     kept: Any = [first, named]
     assert Rivals(campaign, found, straight, further).of(kept, 0.0) == {"first": [], "named": listed}
+
+
+def test_what_helps_no_unseen_test_is_no_rival() -> None:
+    """The first name was looked for beside another one; alone, in the scan, its rivals look better than it."""
+    first, second, other = (
+        SimpleNamespace(name=n, gain=g, effect=SimpleNamespace(metadata=(), driver=(load,)))
+        for n, g, load in (("first", 50.0, "T"), ("second", 500.0, "sd"), ("other", 400.0, "v_rel"))
+    )
+
+    def errors(fits: Any) -> ErrorsByTest:
+        names = {f.name for f in fits}
+        size = (
+            1.0 if {"first", "second"} <= names else 4.0
+        )  # other beside second leaves as much as second alone
+        return ErrorsByTest(size * np.linspace(0.2, 3.0, 6), np.zeros(6))
+
+    found: Any = SimpleNamespace(ranking=[second, other, first], just=lambda *fits: False)
+    campaign: Any = SimpleNamespace(averaged=False, system={}, tests=["t"] * 6)
+    further: Any = lambda known, level=0.05: []  # noqa: E731
+    rivals = Rivals(campaign, found, SimpleNamespace(errors=errors), further)
+    kept: Any = [first, second]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Rivals, "_led", lambda self, kept, instead: False)
+        patch.setattr("friction_models.discovery.judge.rivals.one_cause", lambda *given: False)
+        assert rivals.of(kept, 0.0) == {"first": [], "second": []}
