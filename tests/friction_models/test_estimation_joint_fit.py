@@ -71,20 +71,3 @@ def test_coefficients_within_bounds_are_those_of_another_solver(seed: int) -> No
         other = lsq_linear(matrix, target, bounds, tol=1e-14)
     assert np.sum((matrix @ found - target) ** 2) == pytest.approx(2.0 * other.cost, rel=1e-9)
     assert np.any((found[3:] == low) | (found[3:] == high))
-
-
-def test_a_bound_beside_loads_that_are_one_leaves_the_effect_its_size() -> None:
-    """psi follows the distance in every test, and an amplitude meets its bound on the way."""
-    rng = np.random.default_rng(8)
-    data = measured(rng, tests=20, points=20)
-    data["psi"] = 1.0 + data["sd"] / 20.0
-    data["mu"] += 0.04 * np.exp(-((data["v_rel"] / 60.0) ** 0.8))
-    campaign = prepare(data)
-    for effect in ("stribeck", "pressure_power"):
-        effects = [make_effect(n) for n in dict.fromkeys(("stribeck", effect))]
-        problem = solve_jointly(campaign, base_law(LinearFriction(), campaign), effects)
-        coefficients, amplitudes = problem.solve(problem.shapes)
-        blocks = problem.columns(problem.shapes)
-        mu = problem.base @ coefficients + sum(b @ a for b, a in zip(blocks, amplitudes, strict=True))
-        assert float(np.sqrt(np.mean((problem.y - mu) ** 2))) < 0.006
-        assert amplitudes[0][0] > 0.02
