@@ -34,8 +34,7 @@ from .assembly import Judged, assemble
 from .effect_search import EffectSearch
 from .formulas.beside_names import beside_names
 from .formulas.missing import Missing
-from .formulas.offers import FormulaOffer
-from .formulas.search import offers
+from .formulas.search import not_offered, offers
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
 from .judge.unseen_tests import UnseenTests, refitted
@@ -132,7 +131,9 @@ def diagnose(
     stages(75, "the answer, and what to test next")
     answer = assemble(campaign, base, judged, mu, whole)
     stages(90, "empirical terms")
-    answer.formulas = _formulas_for(answer.verdict, judged.confirmed, missing)
+    if missing is not None and judged.confirmed.shares is not None and _unexplained(judged.confirmed):
+        answer.formulas = offers(missing, judged.confirmed.shares.best)
+        answer.warnings += [] if answer.formulas else not_offered(missing)
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     stages(100, "the answer")
     return answer
@@ -188,12 +189,9 @@ def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
     return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
 
 
-def _formulas_for(verdict: str, confirmed: Confirmation, missing: Missing | None) -> list[FormulaOffer]:
-    """Return the empirical terms that are offered beside what is named; none for other verdicts or with too few tests."""
-    if missing is None or confirmed.shares is None:
-        return []
-    unexplained = verdict in UNEXPLAINED or confirmed.leaves_much
-    return offers(missing, confirmed.shares.best) if unexplained else []
+def _unexplained(confirmed: Confirmation) -> bool:
+    """Return whether enough is left for empirical terms."""
+    return confirmed.verdict in UNEXPLAINED or confirmed.leaves_much
 
 
 def _missing(campaign: BinnedTests, judged: Judged, seed: int) -> Missing | None:

@@ -45,7 +45,7 @@ def reservations(
         )
     if confirmed.of_another_form and verdict != "partly_explained":
         said.append(
-            f"a flexible prediction that knows no formula is better on unseen tests than what is named: the law may have another "
+            "a flexible prediction that knows no formula is better on unseen tests than what is named: the law may have another "
             "form, or be another effect that looks alike here"
         )
     said += [

@@ -46,6 +46,20 @@ def offers(missing: Missing, best: float) -> list[FormulaOffer]:
     return [o for o in made if o.share > LEAST_SHARE and o.interval[0] > 0.0][:MOST]
 
 
+def not_offered(missing: Missing) -> list[str]:
+    """Return a remark on the terms that come nearest, where none lowers the error on unseen tests for certain."""
+    if (found := missing.selection) is None:
+        return []
+    before, after = (float(np.sqrt(np.mean(e))) for e in (missing.before, found.errors.total))
+    names = " and ".join(empirical_effect(str(c.term))().name for c in found.all.chosen)
+    if after >= before:
+        return []
+    return [
+        f"no empirical term is offered: {names} fits best, but chosen anew without the tests that it predicts, it lowers the error there from "
+        f"{before:.4f} to {after:.4f}, which may be chance"
+    ]
+
+
 def _others(found: Selection) -> list[Ranked]:
     """Return terms with other loads or another kind of curve that are hardly worse than the first one."""
     without, first = (e.total for e in found.all.errors[:2])

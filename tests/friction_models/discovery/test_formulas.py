@@ -6,6 +6,7 @@ import copy
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -21,9 +22,10 @@ from friction_models.discovery.formulas import selection
 from friction_models.discovery.formulas.bins import Bins
 from friction_models.discovery.formulas.grammar import terms
 from friction_models.discovery.formulas.missing import Missing
-from friction_models.discovery.formulas.search import offers
+from friction_models.discovery.formulas.search import not_offered, offers
 from friction_models.discovery.judge.unseen_tests import UnseenTests, folds_of_tests
 from friction_models.effects import CATALOGUE, EffectContext, known_effect, make_effect
+from friction_models.effects.empirical.terms import parse_term
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law
 from friction_models.estimation.search.search_round import search
@@ -107,6 +109,20 @@ def test_an_offer_removes_most_of_what_could_be_avoided_on_held_out_tests(hidden
 
 def test_noise_is_offered_no_formula() -> None:
     assert not any(offered(hiding(None, seed)) for seed in range(2))
+
+
+@pytest.mark.parametrize(("after", "told"), [(7e-3, True), (9.5e-3, False)])
+def test_what_comes_nearest_is_told_where_nothing_is_offered(after: float, told: bool) -> None:
+    chosen = [SimpleNamespace(term=parse_term("bump(log_v_rel)"))]
+    errors = SimpleNamespace(total=np.full(9, after**2))
+    found = SimpleNamespace(all=SimpleNamespace(chosen=chosen), errors=errors)
+    missing: Any = SimpleNamespace(selection=found, before=np.full(9, 9e-3**2))
+    said = not_offered(missing)
+    assert [("empirical:bump(log_v_rel)" in s, "from 0.0090 to 0.0070" in s) for s in said] == [
+        (True, True)
+    ] * told
+    missing.selection = None
+    assert not not_offered(missing)
 
 
 def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch: pytest.MonkeyPatch) -> None:
