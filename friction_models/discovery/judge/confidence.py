@@ -143,9 +143,7 @@ def sureness(
     unsure = [
         not found.floor.known,
         nothing and (len(campaign.tests) < LEAST_TESTS or blurred(campaign, found)),
-        nothing
-        and grounds["reference"]
-        > 0.0,  # not certain enough to be said, and never seen where nothing is hidden
+        nothing and grounds["reference"] > 0.0,  # of 118 such answers where nothing was hidden none had it
         nothing and grouped,  # what sets the groups apart is missing
         nothing and confirmed.lacks_fit,
         verdict == "unknown_structure" and off is None and confirmed.by_repeats,
