@@ -57,8 +57,8 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         if term.effect.kind == "fault" and (share := share_of_mu(campaign, term.binned)) > LARGE_FAULT
     ]
     unsized = [
-        f"{term.name}: the interval of {a.name} ({low:.2g} to {high:.2g}) holds both signs: that the effect is there, unseen tests say; how "
-        "large it is, these tests do not tell"
+        f"{term.name}: the interval of {a.name} ({low:.2g} to {high:.2g}) holds both signs: by itself it is not known, beside the other "
+        "parameters and the model it is tied to; that the effect is there, unseen tests say"
         for term in fitted.terms
         for a in term.effect.amplitudes
         if a.sign and a.name in term.intervals

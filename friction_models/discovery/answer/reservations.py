@@ -44,8 +44,13 @@ def reservations(
             "were tested, in a way that is not named here"
         )
     if confirmed.of_another_form and verdict != "partly_explained":
+        little = (
+            ""
+            if confirmed.shares is not None and confirmed.shares.missing > 0.0
+            else ", if by too little to count"
+        )
         said.append(
-            "a flexible prediction that knows no formula is better on unseen tests than what is named: the law may have another "
+            f"a flexible prediction that knows no formula is better on unseen tests than what is named{little}: the law may have another "
             "form, or be another effect that looks alike here"
         )
     said += [

@@ -125,6 +125,27 @@ def test_what_comes_nearest_is_told_where_nothing_is_offered(after: float, told:
     assert not not_offered(missing)
 
 
+@pytest.mark.parametrize(
+    ("stability", "left", "offered"), [(0.6, 0.2, True), (0.4, 0.2, False), (0.6, 0.9, False)]
+)
+def test_a_clear_and_stable_term_is_offered_though_some_folds_choose_another(
+    monkeypatch: pytest.MonkeyPatch, stability: float, left: float, offered: bool
+) -> None:
+    """Chosen anew, it predicts better on average, but not for certain; its own fits without some tests do by far, or hardly."""
+    rng = np.random.default_rng(0)
+    before = 1.0 + 0.2 * rng.random(12)
+    own = before * (left + 0.8 * (rng.random(12) - 0.5))
+    kept = SimpleNamespace(chosen=[SimpleNamespace(term=parse_term("bump(T)"))])
+    kept.errors = [SimpleNamespace(total=before), SimpleNamespace(total=own)]
+    found = SimpleNamespace(all=kept, errors=SimpleNamespace(total=own), stability=[stability], rounds=[[]])
+    missing: Any = SimpleNamespace(selection=found, before=before)
+    monkeypatch.setattr(
+        "friction_models.discovery.formulas.search._offer",
+        lambda *given: SimpleNamespace(share=0.5, interval=(-0.3, 1.0)),
+    )
+    assert bool(offers(missing, 0.1)) is offered
+
+
 def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """Noise: the best of many terms looks good on the tests it was chosen on, and is not where it was chosen without them."""
     monkeypatch.setattr(selection, "CERTAIN", -9.0)
