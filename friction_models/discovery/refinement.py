@@ -22,7 +22,7 @@ from ..families.composed import ComposedFriction
 from ..families.refinement_history import rise_text
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
-from ..loads.dataset import TRAINING
+from ..loads.dataset import TRAINING, roles_of
 from ..loads.splits import Mask
 from ..models.base import FrictionModel
 from ..models.domain import Domain
@@ -251,8 +251,7 @@ def _held_out(loads: TriboLoads) -> np.ndarray | None:
     roles = loads.context_column("role")
     if roles is None:
         return None
-    known = pd.Series(roles).fillna(TRAINING).astype(str).str.strip()
-    held = ~known.isin([TRAINING, ""]).to_numpy()
+    held = (roles_of(pd.DataFrame({"role": roles})) != TRAINING).to_numpy()
     return held if held.any() and not held.all() else None
 
 

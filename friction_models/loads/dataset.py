@@ -73,11 +73,6 @@ class DataSet:
     def __post_init__(self) -> None:
         # The points carry their provenance, so that a model fitted on them says whether they are synthetic.
         self.points.attrs.update(self.info)
-        if self.tests is not None and "role" in self.tests.columns:
-            role = self.tests["role"]
-            blank = role.isna() | (role.astype(str).str.strip() == "")
-            if blank.any():
-                self.tests = self.tests.assign(role=role.astype(object).mask(blank, TRAINING))
 
     @classmethod
     def load(
@@ -194,7 +189,7 @@ class DataSet:
         """
         if role is None or self.tests is None or "role" not in self.tests.columns:
             return self
-        own = self.tests["role"] == role
+        own = roles_of(self.tests) == role
         named = self.tests.loc[~own if role == TRAINING else own, "test_id"]
         chosen = self.points["test_id"].isin(named) != (role == TRAINING)
         points = self.points[chosen].reset_index(drop=True)
@@ -219,6 +214,20 @@ class DataSet:
     def loads(self) -> TriboLoads:
         """Return the loads of all points, with time, test and metadata."""
         return TriboLoads.from_frame(self.points, self.tests)
+
+
+def roles_of(tests: pd.DataFrame) -> pd.Series[str]:
+    """Return what each test of a table is for; a blank role, or none, is for training.
+
+    Examples
+    --------
+    >>> roles_of(pd.DataFrame({"role": ["test", None, " "]})).tolist()
+    ['test', 'train', 'train']
+    """
+    if "role" not in tests.columns:
+        return pd.Series(TRAINING, index=tests.index, dtype=object)
+    role = tests["role"].astype(object).where(tests["role"].notna(), "").astype(str).str.strip()
+    return role.mask(role == "", TRAINING)
 
 
 def _check_ids(listed: pd.Series[str], measured: pd.Series[str], table: str, file: Path) -> None:

@@ -11,6 +11,7 @@ import pandas as pd
 
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
+from ..loads.dataset import roles_of
 from ..models.domain import known_domain
 from ..models.measures import Measures, error_measures, loads_sentence, range_warning
 from .load_uncertainty import Predictor, load_uncertainty
@@ -203,8 +204,7 @@ def train(model: FrictionModel, data: DataSet) -> Evaluation:
 def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
     if tests is None or "role" not in tests.columns or "test_id" not in tests.columns:
         return {}
-    known = tests[tests["role"].notna()]
-    return dict(zip(known["test_id"].astype(str), known["role"].astype(str)))
+    return dict(zip(tests["test_id"].astype(str), roles_of(tests)))
 
 
 def _per_test(

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..loads import DataSet, FloatArray, TriboLoads
+from ..loads.dataset import roles_of
 from ..models.base import FrictionModel
 from ..models.intervals import LEVEL, PredictionInterval
 
@@ -65,7 +66,7 @@ def measured_coverage(model: Any, data: DataSet, level: float | None = None) -> 
     expected = level if level is not None else float(model.interval_level)
     chosen = {"all": np.ones(len(mu), dtype=bool)}
     if tests is not None and "role" in tests.columns:
-        roles = tests.assign(test_id=tests["test_id"].astype(str)).set_index("test_id")["role"]
+        roles = roles_of(tests).set_axis(tests["test_id"].astype(str))
         found = roles.reindex(ids).to_numpy(dtype=object)
         present = dict.fromkeys(str(r) for r in roles.dropna())
         chosen = {r: found == r for r in sorted(present, key=lambda r: (r != "train", r))} | chosen

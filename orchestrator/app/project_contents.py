@@ -69,13 +69,14 @@ class _Teller:
 
     def _measured(self, path: Path) -> Measurements:
         from friction_models.loads import LOAD_NAMES, MU, DataSet, not_measured
+        from friction_models.loads.dataset import roles_of
 
         data = DataSet.load(path, need_mu=False)
         points = data.points
         tests = points["test_id"].nunique() if "test_id" in points.columns else 0
         rows = [("tests", f"{tests}"), ("points", f"{len(points)}")]
         if data.tests is not None and "role" in data.tests.columns:
-            roles = data.tests["role"].astype(str).value_counts(sort=False)
+            roles = roles_of(data.tests).value_counts(sort=False)
             rows.append(("roles", ", ".join(f"{n} {role}" for role, n in sorted(roles.items()))))
         for name in (*LOAD_NAMES, MU.name):
             if name in points.columns:

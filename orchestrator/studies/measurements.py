@@ -222,6 +222,7 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
     import pandas as pd
 
     from friction_models.loads import DataSet, require_every_load
+    from friction_models.loads.dataset import roles_of
     from friction_models.loads.splits import hold_out
 
     require_every_load(data.points.columns, where)
@@ -231,9 +232,9 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
     if data.tests is not None and "role" in data.tests.columns:
         known = data.tests[data.tests["test_id"].isin(ids)]
         for role in ("train", "test"):
-            if not (known["role"] == role).any():
+            if not (roles_of(known) == role).any():
                 raise InputError(f"{where}: no test has the role {role!r}; allowed: tests of both roles")
-        return data
+        return DataSet(data.points, data.tests.assign(role=roles_of(data.tests)), data.info)
     _, out = hold_out(ids.astype(str), len(ids), HELD_OUT, seed)
     held = ids.astype(str)[out]
     tests = pd.DataFrame({"test_id": ids}) if data.tests is None else data.tests.copy()

@@ -155,7 +155,7 @@ def test_a_size_that_is_not_known_is_said() -> None:
     assert about_the_fit(campaign, fitted) == []
     large = replace(term, binned=5.0 * term.binned)
     blurred = replace(term, effect=rising, intervals={rising.amplitudes[0].name: (-0.1, 0.2)})
-    for other, said in ((large, "only their sum is known"), (blurred, "tell its size")):
+    for other, said in ((large, "only their sum is known"), (blurred, "unseen tests say")):
         (warning,) = about_the_fit(campaign, replace(fitted, terms=[other]))
         assert warning.endswith(said)
 

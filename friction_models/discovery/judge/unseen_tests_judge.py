@@ -9,7 +9,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.repeats import Repeats, repeats_of
-from ...estimation.search.law_signs import against_the_base
+from ...estimation.search.law_signs import bends_back
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
@@ -30,9 +30,6 @@ ALONG_ITS_LOAD = 0.6
 ALONE_SHARE, ALONE_CERTAIN, MUCH = 0.05, 3.0, 0.25
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
 MAYBE, CONFIRMED = 0.2, 1.7
-#: An effect of one load that changes mu by so many times what it changes together with the model is the curve of another law. Of 30
-#: right names of two authors none did by more than 2.0, of four humps and valleys that were given one, all by more than 3.1.
-CANCELLED = 2.5
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
 #: verdict to say so.
 BEYOND_REPEATS = 0.25
@@ -191,7 +188,7 @@ class UnseenTestsJudge:
         """Return names that are no more than a part of a difference: only that is seen, a curve that they are not.
 
         Of several over one load, of which one rises and the other falls, none has a size that is known to differ from zero. Or one
-        is cancelled for the most part by slopes of the model along its load.
+        draws a curve that turns, by cancelling slopes of the model along its load.
         """
         fitted = self.unseen.fitted(effects_of(kept))
         loads = [{*f.effect.driver} for f in kept]
@@ -215,7 +212,7 @@ class UnseenTestsJudge:
             for t in fitted.terms
             for name in t.effect.driver
             if t.effect.kind != "fault" and len(t.effect.driver) == 1 and self.campaign.varies(name)
-            if against_the_base(self.campaign, name, base, t.binned) > CANCELLED
+            if bends_back(self.campaign, name, base, t.binned)
         }
         return cancelled | (unknown if len(unknown) > 1 else set())
 

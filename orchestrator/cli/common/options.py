@@ -135,7 +135,7 @@ def learning_part(dataset: DataSet, where: object) -> DataSet:
     if part.points.empty and not dataset.points.empty:
         raise InputError(
             f"{where}: no test has the role 'train'; allowed: at least one (tribofmu tests DATA --set TEST:role=train), or "
-            "no role at all"
+            "one without a role"
         )
     return part
 

@@ -89,9 +89,7 @@ def test_the_unit_that_holds_without_one_is_shown(tmp_path: Path) -> None:
     look(project, test)
 
 
-def test_all_that_is_not_held_out_is_learnt_from_by_one_button(
-    project: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_that_is_not_held_out_is_learnt_from(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     lines: list[str] = []
 
     async def test(user: User, worker: Worker) -> None:
@@ -99,9 +97,8 @@ def test_all_that_is_not_held_out_is_learnt_from_by_one_button(
         labelled(user, ui.input, "Value; empty clears").set_value("test")
         labelled(user, ui.input, "Tests: * is any text").set_value("*5")
         user.find("Set").click()
-        await until(lambda: "No test has the role train" in shown(user))
-        user.find("Give the others the role train").click()
-        await until(lambda: "No test has the role train" not in shown(user))
+        await until(lambda: "Not saved yet" in shown(user))
+        assert "All tests are held out" not in shown(user)
         user.find("Save the table").click()
         await until(lambda: bool(waiting(worker)))
         lines.extend(waiting(worker))
@@ -109,9 +106,12 @@ def test_all_that_is_not_held_out_is_learnt_from_by_one_button(
     look(project, test)
     monkeypatch.chdir(project.root)
     assert run(shlex.split(lines[0])[1:]) == 0
-    tests = DataSet.load("data/oil").tests
-    assert tests is not None
-    assert list(tests["role"]) == ["test", "test", "train", "train", "train", "test"]
+    data = DataSet.load("data/oil")
+    held_out = set(data.select("test").points["test_id"])
+    assert (
+        len(held_out) == 3
+        and set(data.select("train").points["test_id"]) == set(data.points["test_id"]) - held_out
+    )
 
 
 def test_from_the_test_table_the_way_leads_on(project: Project) -> None:

@@ -226,13 +226,13 @@ def test_roles_that_leave_nothing_to_learn_from_are_told(tmp_path: Path) -> None
 
     async def test(user: User, worker: Worker) -> None:
         await user.open("/measurements?tests=data/oil")
-        for which, role, told in (("a", "test", True), ("b", "train", False)):
+        for which, role, told in (("*", "test", True), ("b", "", False)):
             fields(user, ui.input, "Value; empty clears")[0].set_value(role)
             fields(user, ui.input, "Tests: * is any text")[0].set_value(which)
             user.find("Set").click()
-            await until(lambda told=told: ("No test has the role train" in shown(user)) == told)  # type: ignore[misc]
+            await until(lambda told=told: ("All tests are held out" in shown(user)) == told)  # type: ignore[misc]
         assert "Not saved yet" in shown(user)
-        for table, told in (("a,test\nb,\n", True), ("a,test\nb,train\n", False)):
+        for table, told in (("a,test\nb,test\n", True), ("a,test\nb,\n", False)):
             (project.root / "data/oil/tests.csv").write_text(f"test_id,role\n{table}")
             await user.open("/measurements")
             assert ("no test has the role train" in shown(user)) == told

@@ -69,6 +69,6 @@ def test_a_time_of_building_that_is_none_is_refused_by_its_name(
 def test_roles_without_one_to_learn_from_are_named(command: list[str], told: Said, tmp_path: Path) -> None:
     (tmp_path / "data").mkdir()
     (tmp_path / "data/points.csv").write_text(HEAD + "a,10,100,0.1\nb,20,100,0.1\n")
-    (tmp_path / "data/tests.csv").write_text("test_id,role\na,test\nb,\n")
+    (tmp_path / "data/tests.csv").write_text("test_id,role\na,test\nb,test\n")
     code, _, err = told(*command, "--data", "data")
     assert code == 2 and "data: no test has the role 'train'; allowed: at least one" in err

@@ -102,6 +102,7 @@ def _looked(path: Path) -> _Found | str:
     """Return what is in a data set, or in one sentence why it cannot be read."""
     from friction_models.loads import LOAD_NAMES, not_measured
     from friction_models.loads.contract import QUANTITIES, with_unit
+    from friction_models.loads.dataset import roles_of
 
     try:
         found = loaded(path)
@@ -119,7 +120,7 @@ def _looked(path: Path) -> _Found | str:
         ),
     ]
     if found.tests is not None and "role" in found.tests.columns:
-        roles = found.tests["role"].fillna("without").astype(str).value_counts()
+        roles = roles_of(found.tests).value_counts()
         rows.insert(1, ("roles", ", ".join(f"{count} {role}" for role, count in roles.items())))
         if "train" not in roles:
             idle = ["no test has the role train: models have nothing to learn from (edit the test table)"]

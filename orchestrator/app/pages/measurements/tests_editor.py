@@ -166,13 +166,8 @@ class _Editor:
         command = commands.measuring.edit_tests(self.place, triples)
         with self.status:
             say(f"Not saved yet: {self.found.difference(changed)}.")
-            roles = {cells.get("role", "").strip() for cells in changed.cells()}
-            if "test" in roles and "train" not in roles:
-                say(
-                    "No test has the role train yet: models learn from tests with that role, so give it to the others.",
-                    "problem",
-                )
-                button("Give the others the role train", partial(self._train_the_rest, triples))
+            if {cells.get("role", "").strip() for cells in changed.cells()} == {"test"}:
+                say("All tests are held out: models have nothing to learn from.", "problem")
         with self.foot:
             with ui.element("div").classes("buttons action"):
                 button("Save the table", partial(self._save, command), "first")
@@ -180,16 +175,6 @@ class _Editor:
             line(command)
             say("The table before is kept in the folder earlier beside it.", "soft")
         self._draw(changed)
-
-    def _train_the_rest(self, changes: list[tuple[str, str, str]]) -> None:
-        """Give the role train to all first: what was given to some stands behind it, and counts."""
-        held = [
-            c["test_id"] for c in self.found.changed(changes).cells() if c.get("role", "").strip() == "test"
-        ]
-        before = [c["test_id"] for c in self.found.cells() if c.get("role", "").strip() == "test"]
-        # A test that was held out before has to be named once more.
-        again = [(test, "role", "test") for test in before if test in held]
-        self._note([("*", "role", "train"), *again, *changes])
 
     def _save(self, command: Command) -> None:
         self.view.worker.start(command)
