@@ -251,7 +251,7 @@ def _held_out(loads: TriboLoads) -> np.ndarray | None:
     roles = loads.context_column("role")
     if roles is None:
         return None
-    held = (roles_of(pd.DataFrame({"role": roles})) != TRAINING).to_numpy()
+    held = (roles_of(pd.Series(roles)) != TRAINING).to_numpy()
     return held if held.any() and not held.all() else None
 
 

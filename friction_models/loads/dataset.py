@@ -189,11 +189,10 @@ class DataSet:
         """
         if role is None or self.tests is None or "role" not in self.tests.columns:
             return self
-        own = roles_of(self.tests) == role
-        named = self.tests.loc[~own if role == TRAINING else own, "test_id"]
-        chosen = self.points["test_id"].isin(named) != (role == TRAINING)
-        points = self.points[chosen].reset_index(drop=True)
-        return DataSet(points, self.tests[own].reset_index(drop=True), self.info)
+        roles = roles_of(self.tests["role"])
+        of_points = self.points["test_id"].map(dict(zip(self.tests["test_id"], roles))).fillna(TRAINING)
+        points = self.points[of_points == role].reset_index(drop=True)
+        return DataSet(points, self.tests[roles == role].reset_index(drop=True), self.info)
 
     def without_load_uncertainty(self) -> DataSet:
         """Return the same data without the standard uncertainties of the loads, so that nothing honours them.
@@ -216,17 +215,15 @@ class DataSet:
         return TriboLoads.from_frame(self.points, self.tests)
 
 
-def roles_of(tests: pd.DataFrame) -> pd.Series[str]:
-    """Return what each test of a table is for; a blank role, or none, is for training.
+def roles_of(column: pd.Series[Any]) -> pd.Series[str]:
+    """Return what tests are for by the column ``role`` of their table; a blank one is for training.
 
     Examples
     --------
-    >>> roles_of(pd.DataFrame({"role": ["test", None, " "]})).tolist()
+    >>> roles_of(pd.Series(["test", None, " "])).tolist()
     ['test', 'train', 'train']
     """
-    if "role" not in tests.columns:
-        return pd.Series(TRAINING, index=tests.index, dtype=object)
-    role = tests["role"].astype(object).where(tests["role"].notna(), "").astype(str).str.strip()
+    role = column.astype(object).where(column.notna(), "").astype(str).str.strip()
     return role.mask(role == "", TRAINING)
 
 

@@ -6,6 +6,8 @@ import pandas as pd
 
 #: Share of the cells that may hold something else; of more, or of fewer tests than these, the column is one of texts.
 FEW, LEAST_TESTS = 0.2, 8
+#: Numbers that differ in more than this share of the tests are no labels.
+MANY = 0.5
 #: Key of `DataFrame.attrs`: column -> test and text of the first cell that is no number, and how many there are.
 NO_NUMBERS = "no_numbers"
 
@@ -13,7 +15,7 @@ NO_NUMBERS = "no_numbers"
 def with_numbers(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table of tests, by name, in which cells of measured numbers that hold a text are empty; `attrs` tells which.
 
-    A column holds measured numbers where they have decimals, or differ in nearly each test: whole numbers may be labels beside
+    A column holds measured numbers where they have decimals, or differ in more than half of the tests: whole numbers may be labels beside
     others. A decimal comma is read as one.
 
     Examples
@@ -51,4 +53,4 @@ def with_numbers(table: pd.DataFrame) -> pd.DataFrame:
 
 def _measured(numbers: pd.Series[float], tests: int) -> bool:
     """Return whether numbers are measured ones, no labels."""
-    return bool((numbers % 1.0 != 0.0).any() or numbers.nunique() > 0.5 * tests)
+    return bool((numbers % 1.0 != 0.0).any() or numbers.nunique() > MANY * tests)

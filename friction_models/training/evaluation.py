@@ -204,7 +204,7 @@ def train(model: FrictionModel, data: DataSet) -> Evaluation:
 def _roles(tests: pd.DataFrame | None) -> dict[str, str]:
     if tests is None or "role" not in tests.columns or "test_id" not in tests.columns:
         return {}
-    return dict(zip(tests["test_id"].astype(str), roles_of(tests)))
+    return dict(zip(tests["test_id"].astype(str), roles_of(tests["role"])))
 
 
 def _per_test(

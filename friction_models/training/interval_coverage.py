@@ -66,7 +66,7 @@ def measured_coverage(model: Any, data: DataSet, level: float | None = None) -> 
     expected = level if level is not None else float(model.interval_level)
     chosen = {"all": np.ones(len(mu), dtype=bool)}
     if tests is not None and "role" in tests.columns:
-        roles = roles_of(tests).set_axis(tests["test_id"].astype(str))
+        roles = roles_of(tests["role"]).set_axis(tests["test_id"].astype(str))
         found = roles.reindex(ids).to_numpy(dtype=object)
         present = dict.fromkeys(str(r) for r in roles.dropna())
         chosen = {r: found == r for r in sorted(present, key=lambda r: (r != "train", r))} | chosen

@@ -76,7 +76,7 @@ class _Teller:
         tests = points["test_id"].nunique() if "test_id" in points.columns else 0
         rows = [("tests", f"{tests}"), ("points", f"{len(points)}")]
         if data.tests is not None and "role" in data.tests.columns:
-            roles = roles_of(data.tests).value_counts(sort=False)
+            roles = roles_of(data.tests["role"]).value_counts(sort=False)
             rows.append(("roles", ", ".join(f"{n} {role}" for role, n in sorted(roles.items()))))
         for name in (*LOAD_NAMES, MU.name):
             if name in points.columns:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
@@ -230,11 +231,12 @@ def _with_roles(data: DataSet, seed: int, where: str) -> DataSet:
     if len(ids) < FEWEST_TESTS:
         raise InputError(f"{where}: {len(ids)} tests; allowed: at least {FEWEST_TESTS} for a study")
     if data.tests is not None and "role" in data.tests.columns:
-        known = data.tests[data.tests["test_id"].isin(ids)]
+        tests = data.tests.assign(role=roles_of(data.tests["role"]))
+        known = tests.loc[tests["test_id"].isin(ids), "role"]
         for role in ("train", "test"):
-            if not (roles_of(known) == role).any():
+            if not (known == role).any():
                 raise InputError(f"{where}: no test has the role {role!r}; allowed: tests of both roles")
-        return DataSet(data.points, data.tests.assign(role=roles_of(data.tests)), data.info)
+        return replace(data, tests=tests)
     _, out = hold_out(ids.astype(str), len(ids), HELD_OUT, seed)
     held = ids.astype(str)[out]
     tests = pd.DataFrame({"test_id": ids}) if data.tests is None else data.tests.copy()

@@ -14,10 +14,7 @@ from ...estimation.search.structure import places_of
 from ..judge.confirmation import EXPLAINED, NOT_THE_ANSWER, Confirmation
 from ..judge.error_budget import BELIEVED, ErrorShares, fall, interval_of, lead
 from .missing import Missing
-from .selection import Selection
-
-#: Share of the resamples in which each of them must come first.
-STABLE = 0.5
+from .selection import STABLE, Selection
 
 
 def beside_names(confirmed: Confirmation, missing: Missing) -> Confirmation:

@@ -16,15 +16,15 @@ from .missing import Missing
 from .offers import FormulaOffer
 from .pictures import term_curves
 from .scan import Column
-from .selection import CERTAIN, Ranked, Selection
+from .selection import CERTAIN, STABLE, Ranked, Selection
 
 #: Most terms, or sums of terms, that are offered.
 MOST = 3
 #: An offer removes this share of what is missing at least.
 LEAST_SHARE = 0.2
-#: A term that comes first in so many resamples, and lowers the error by so many standard errors where it is only fitted anew, is offered
-#: also if the choice went astray without some tests: these may be the only ones that show a peak.
-OFTEN, CLEAR = 0.5, 3.0
+#: A stable term that lowers the error by so many standard errors where it is only fitted anew is offered also if the choice went astray
+#: without some tests: these may be the only ones that show a peak.
+CLEAR = 3.0
 #: Further offers remove this share of what the first term removes, and come first in this share of the resamples.
 COMPARABLE, LEAST_STABLE = 0.7, 0.15
 
@@ -47,9 +47,9 @@ def offers(missing: Missing, best: float) -> list[FormulaOffer]:
         _offer(missing, best, [r.column], r.errors.total + flattered, r.stability) for r in _others(found)
     ]
     clear = lead(found.all.errors[0].total, found.all.errors[1].total)[1] > CLEAR
-    plain = len(found.all.chosen) == 1 and found.stability[0] >= OFTEN and clear
-    certain = [o.interval[0] > 0.0 or (plain and o is made[0]) for o in made]
-    return [o for o, sure in zip(made, certain, strict=True) if sure and o.share > LEAST_SHARE][:MOST]
+    plain = len(found.all.chosen) == 1 and found.stability[0] >= STABLE and clear
+    sure = [o for k, o in enumerate(made) if o.interval[0] > 0.0 or (plain and k == 0)]
+    return [o for o in sure if o.share > LEAST_SHARE][:MOST]
 
 
 def not_offered(missing: Missing) -> list[str]:

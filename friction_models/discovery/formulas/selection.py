@@ -21,6 +21,8 @@ from .scan import ChosenTests, Column, Scan, Tried, folds_left_out
 MOST_TERMS = 3
 #: Resamples of whole tests.
 RESAMPLES = 12
+#: Share of them in which a term must come first to be a stable one.
+STABLE = 0.5
 #: A term lowers the error by this many standard errors over the tests, and by this share of it; a further one by this
 #: share of what the terms before it took.
 CERTAIN, LEAST_GAIN, FURTHER_GAIN = 2.0, 0.03, 0.06

@@ -9,6 +9,7 @@ import pandas as pd
 from ...common import InputError
 from ...loads import LOADS, DataSet
 from ...loads.contract import ORDER
+from ...loads.dataset import roles_of
 from ...loads.run_order import with_numbered_dates
 
 
@@ -50,7 +51,7 @@ def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]
     joined = pd.concat([p.drop(columns=lost, errors="ignore") for p in points], ignore_index=True)
     tests = pd.concat(tables, ignore_index=True)
     if any(d.tests is not None and "role" in d.tests.columns for d in campaigns.values()):
-        tests["role"] = tests["role"].fillna("train")
+        tests["role"] = roles_of(tests["role"])
     labels = {d.synthetic for d in campaigns.values()}
     if len(labels) > 1:
         remarks.append("synthetic and measured campaigns together: all of it counts as synthetic")

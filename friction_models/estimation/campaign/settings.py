@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import numpy.typing as npt
 
 from ...loads import FloatArray
+from ...loads.splits import Mask
 
 #: Test means of a load that lie closer than this share of their range are the same setting.
 SAME_SETTING = 0.03
@@ -47,6 +48,14 @@ def in_units(name: str, means: FloatArray, share: float = SAME_SETTING) -> Float
     return np.asarray(means / max(share * float(np.ptp(means)), as_set, 1e-12))
 
 
+def same_pairs(columns: Iterable[FloatArray], tests: int) -> Mask:
+    """Return which tests agree in all columns in units of what counts as the same, shape (tests, tests)."""
+    same = np.ones((tests, tests), dtype=bool)
+    for column in columns:
+        same &= np.abs(column[:, None] - column) <= 1.0
+    return same
+
+
 def setting_of_tests(means: Mapping[str, FloatArray], place: Indexes) -> Indexes:
     """Return the setting of each test, numbered in an order of the tests.
 
@@ -60,11 +69,10 @@ def setting_of_tests(means: Mapping[str, FloatArray], place: Indexes) -> Indexes
     if not means:
         return place
     columns = [in_units(n, m, WARMS if n == "T" else SAME_SETTING) for n, m in means.items()]
-    at, setting, count = np.column_stack(columns), np.full(len(place), -1), 0
+    same, setting, count = same_pairs(columns, len(place)), np.full(len(place), -1), 0
     for k in np.argsort(place):
         if setting[k] < 0:
-            near = np.all(np.abs(at - at[k]) <= 1.0, axis=1)
-            setting[near & (setting < 0)] = count
+            setting[same[k] & (setting < 0)] = count
             count += 1
     shared = float(np.mean(np.bincount(setting)[setting] > 1))
     return setting if count >= LEAST_SETTINGS and shared >= LEAST_SHARED else place

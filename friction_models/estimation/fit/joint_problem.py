@@ -7,7 +7,7 @@ so that the offsets of the tests do not bias what varies within them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -78,7 +78,7 @@ class JointProblem:
         self.whiten: Any = self._weighted(lambda values: values)
         self._known: tuple[Any, FloatArray, FloatArray] | None = None
         #: Slopes along the shape of one effect need the others as they were.
-        self._block = lru_cache(MOST_KEPT)(self._evaluated)
+        self._blocks: dict[tuple[int, tuple[tuple[str, float], ...]], FloatArray] = {}
         self.scanned = False
         self.estimated: NoiseFloor | None = None
 
@@ -136,10 +136,15 @@ class JointProblem:
 
     def columns(self, shapes: Sequence[Mapping[str, float]]) -> list[FloatArray]:
         """Return the basis of every effect in the bins, shape (m, amplitudes) each."""
-        return [self._block(k, tuple(shape.items())) for k, shape in enumerate(shapes)]
+        return [self._block(k, shape) for k, shape in enumerate(shapes)]
 
-    def _evaluated(self, k: int, shape: tuple[tuple[str, float], ...]) -> FloatArray:
-        return bin_means(self.effects[k], self.campaign, self.mu, dict(shape))[:, 0]
+    def _block(self, k: int, shape: Mapping[str, float]) -> FloatArray:
+        key = k, tuple(shape.items())
+        if key not in self._blocks:
+            if len(self._blocks) == MOST_KEPT:
+                self._blocks.clear()
+            self._blocks[key] = bin_means(self.effects[k], self.campaign, self.mu, shape)[:, 0]
+        return self._blocks[key]
 
     def solve(
         self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None
@@ -245,7 +250,7 @@ class JointProblem:
                 for e, a in zip(self.effects, amplitudes, strict=True)
             ]
             self.mu = np.maximum(own + self.contribution(keep), 0.0)
-        self._block.cache_clear()
+        self._blocks.clear()
 
 
 def _within(

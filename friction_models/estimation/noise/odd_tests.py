@@ -14,7 +14,7 @@ from ...loads.splits import Mask
 from ..campaign.binning import BinnedTests
 from ..campaign.curves import on_scale
 from ..campaign.metadata import MOST_LEVELS, is_text
-from ..campaign.settings import WARMS, Indexes, in_units
+from ..campaign.settings import WARMS, Indexes, in_units, same_pairs
 from .layout import Layout
 from .noise_floor import NoiseFloor, estimate
 from .reference import Reference
@@ -76,10 +76,8 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
 def _repeats(campaign: BinnedTests) -> Mask:
     """Return which tests were set to the same loads, shape (tests, tests); the contact may have warmed up meanwhile."""
     levels = {n: v for n, v in campaign.levels.items() if n != "sd"}
-    same = np.full((len(campaign.tests),) * 2, bool(levels))
-    for name, level in levels.items():
-        z = in_units(name, level, WARMS if name == "T" else 0.0)
-        same &= np.abs(z[:, None] - z) <= 1.0
+    units = (in_units(name, level, WARMS if name == "T" else 0.0) for name, level in levels.items())
+    same = same_pairs(units, len(campaign.tests)) & bool(levels)
     np.fill_diagonal(same, False)
     return same
 

@@ -43,7 +43,7 @@ class _Solved(NamedTuple):
     root: FloatArray  #: Lower Cholesky root of the posterior precision, zero above the diagonal.
     b: FloatArray  #: Posterior mean of the coefficients.
     left: FloatArray  #: Sum over each test of what these leave of mu.
-    rest: float  #: Sum of its squares.
+    rest: float  #: Sum of the squares of what they leave in the bins.
     value: float  #: Minus twice the restricted log-likelihood of the variances.
 
 

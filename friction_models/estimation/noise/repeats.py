@@ -11,7 +11,7 @@ from scipy.special import chdtri, fdtri
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import MOST_LEVELS, is_text
-from ..campaign.settings import SAME_SETTING, Indexes, in_units
+from ..campaign.settings import SAME_SETTING, Indexes, in_units, same_pairs
 from .noise_floor import RepeatsNumbers, independent_columns
 
 #: Fewest differences between repeats from which a scatter is estimated.
@@ -159,9 +159,7 @@ def same_settings(campaign: BinnedTests, metadata: Sequence[FloatArray] = ()) ->
     """Return groups of tests with the same mean loads and the same `metadata`, at least two in each."""
     columns = [*(in_units(n, level) for n, level in campaign.levels.items()), *metadata]
     tests = len(campaign.tests)
-    near = np.ones((tests, tests), dtype=bool)
-    for column in columns:
-        near &= np.abs(column[:, None] - column) <= 1.0
+    near = same_pairs(columns, tests)
     order = np.lexsort(np.array(columns)[::-1]) if columns else np.arange(tests)
     left = near.sum(axis=1) > 1
     groups: list[Indexes] = []

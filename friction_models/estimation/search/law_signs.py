@@ -61,10 +61,8 @@ def physical_sets(
     slope = along @ whiten(y) - amplitude * (along @ whiten(bins[:, :, 0]))
     place, term = _by_range(campaign, name, bins[:, :, 0])
     term = term * amplitude
-    way = np.sign(term[-1] - term[0])
-    steps = np.diff(slope * place[:, None] + term, axis=0) * way
-    right, wrong = np.maximum(steps, 0.0).sum(axis=0), np.maximum(-steps, 0.0).sum(axis=0)
-    return np.asarray(sized & ((right >= OWN_WAY * (right + wrong)) | (amplitude == 0.0)))
+    right, ways = _ways(slope * place[:, None] + term, term)
+    return np.asarray(sized & ((right >= OWN_WAY * ways) | (amplitude == 0.0)))
 
 
 def bends_back(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray) -> bool:
@@ -75,9 +73,14 @@ def bends_back(campaign: BinnedTests, name: str, base: FloatArray, term: FloatAr
     place, columns = _by_range(campaign, name, term[:, None])
     own = columns[:, 0]
     whole = _slopes(campaign, name, base) * place + own
-    steps = np.diff(whole) * np.sign(own[-1] - own[0])
-    right, ways = np.maximum(steps, 0.0).sum(), np.abs(steps).sum()
+    right, ways = _ways(whole, own)
     return bool(np.ptp(own) > CANCELLED * np.ptp(whole) and right < MOSTLY * ways)
+
+
+def _ways(whole: FloatArray, term: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the ups and downs of a law that run the way of a term of it, and all of them; both along the first axis."""
+    steps = np.diff(whole, axis=0) * np.sign(term[-1] - term[0])
+    return np.maximum(steps, 0.0).sum(axis=0), np.abs(steps).sum(axis=0)
 
 
 def _slopes(campaign: BinnedTests, name: str, columns: FloatArray) -> FloatArray:

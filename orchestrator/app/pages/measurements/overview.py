@@ -120,7 +120,7 @@ def _looked(path: Path) -> _Found | str:
         ),
     ]
     if found.tests is not None and "role" in found.tests.columns:
-        roles = roles_of(found.tests).value_counts()
+        roles = roles_of(found.tests["role"]).value_counts()
         rows.insert(1, ("roles", ", ".join(f"{count} {role}" for role, count in roles.items())))
         if "train" not in roles:
             idle = ["no test has the role train: models have nothing to learn from (edit the test table)"]
