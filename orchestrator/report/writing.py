@@ -24,6 +24,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "microsof
 PATIENCE = 120.0
 #: When a file was made, as browsers and openpyxl write it.
 _PDF_DATES = re.compile(rb"/(?:Creation|Mod)Date \(D:[^()]*\)")
+#: How a browser numbers what stands on a page: from where it happens to be with counting.
+_PDF_NODES = re.compile(rb"\(node(\d{8})\)")
 _BOOK_DATES = re.compile(rb"<dcterms:(created|modified)\b.*?</dcterms:\1>")
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 #: Longest name of a sheet, and what none may hold.
@@ -89,9 +91,23 @@ def _pdf(path: Path, html: str) -> Path:
                 f"{path}: the browser {command[0]} does not print it ({type(error).__name__}); allowed: .html"
             ) from None
     with atomic_path(path) as temporary:
-        # The same page gives the same bytes; as many blanks keep the offsets of the file right.
-        temporary.write_bytes(_PDF_DATES.sub(lambda date: b" " * len(date[0]), content))
+        temporary.write_bytes(_same_bytes(content))
     return path
+
+
+def _same_bytes(content: bytes) -> bytes:
+    """Return a PDF that holds nothing of when and by which browser process it was printed.
+
+    What is put in place is as long as what stood there: the offsets of the file stay right.
+
+    Examples
+    --------
+    >>> _same_bytes(b"/ID (node00000034) /Headers [(node00000031)] /ModDate (D:20240102)")
+    b'/ID (node00000002) /Headers [(node00000001)]                      '
+    """
+    order = {node: k for k, node in enumerate(sorted(set(_PDF_NODES.findall(content))), start=1)}
+    numbered = _PDF_NODES.sub(lambda node: b"(node%08d)" % order[node[1]], content)
+    return _PDF_DATES.sub(lambda date: b" " * len(date[0]), numbered)
 
 
 def _workbook(path: Path, html: str) -> Path:
