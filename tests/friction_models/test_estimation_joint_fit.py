@@ -9,7 +9,8 @@ from scipy.optimize import lsq_linear
 from friction_models import LinearFriction
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.fit.joint_problem import JointProblem, _within, solve_jointly
+from friction_models.estimation.fit.beside_base import BesideBase
+from friction_models.estimation.fit.joint_problem import JointProblem, solve_jointly
 from friction_models.estimation.search.base_law import base_law
 
 from .estimation_cases import measured
@@ -57,17 +58,38 @@ def test_no_effect_changes_mu_by_more_than_was_measured() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_coefficients_within_bounds_are_those_of_another_solver(seed: int) -> None:
+@pytest.mark.parametrize("pulled", [False, True])
+def test_coefficients_within_bounds_are_those_of_another_solver(seed: int, pulled: bool) -> None:
     """The whole problem by the trust region of scipy, with the base unbounded; two columns of the base are the same."""
     rng = np.random.default_rng(seed)
     matrix, target = rng.normal(size=(60, 7)), rng.normal(size=60)
     matrix[:, 2] = matrix[:, 1]
     matrix[:, 5] += matrix[:, 0]
+    matrix[:, 3:] /= np.linalg.norm(matrix[:, 3:], axis=0)
     low, high = np.array([0.0, -0.05, -1.0, -0.2]), np.array([0.3, 0.0, 1.0, 0.2])
-    found = _within(matrix, target, 3, low, high)
-    assert np.all((found[3:] >= low) & (found[3:] <= high))
+    columns = BesideBase(matrix[:, :3], target).columns(matrix[:, 3:])
+    whole, wanted = matrix, target
+    if pulled:
+        pull = rng.uniform(0.1, 2.0, size=4)
+        columns.draw(pull)
+        whole = np.vstack([matrix, np.column_stack([np.zeros((4, 3)), np.diag(pull)])])
+        wanted = np.r_[target, np.zeros(4)]
+    found = columns.amplitudes(low, high)
+    every = np.r_[columns.base(found), found]
+    assert np.all((found >= low) & (found <= high))
     with np.errstate(invalid="ignore"):
         bounds = np.r_[np.full(3, -np.inf), low], np.r_[np.full(3, np.inf), high]
-        other = lsq_linear(matrix, target, bounds, tol=1e-14)
-    assert np.sum((matrix @ found - target) ** 2) == pytest.approx(2.0 * other.cost, rel=1e-9)
-    assert np.any((found[3:] == low) | (found[3:] == high))
+        other = lsq_linear(whole, wanted, bounds, tol=1e-14)
+    assert np.sum((whole @ every - wanted) ** 2) == pytest.approx(2.0 * other.cost, rel=1e-9)
+    assert columns.rest(found) == pytest.approx(target - matrix @ every)
+    assert np.any((found == low) | (found == high))
+
+
+def test_a_column_that_the_base_describes_gets_no_amplitude() -> None:
+    rng = np.random.default_rng(0)
+    base = np.column_stack([np.ones(50), rng.normal(size=50)])
+    seen, unseen = rng.normal(size=50), base[:, 1] + 1e-4 * rng.normal(size=50)
+    columns = BesideBase(base, seen + 0.1 * rng.normal(size=50)).columns(np.column_stack([seen, unseen]))
+    first, second = columns.amplitudes() / columns.scale
+    assert first == pytest.approx(1.0, abs=0.1)
+    assert second == 0.0

@@ -43,7 +43,7 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
         for first, second, value in fitted.correlations[:3]
     ]
-    highest = float(np.max(campaign.average(campaign.mu)))
+    highest = campaign.largest_mu
     opposed = [
         f"{term.name} contributes up to {largest:.2g}, more than the largest mu ({highest:.2g}): model and effect make up for each other "
         "there, and only their sum is known"

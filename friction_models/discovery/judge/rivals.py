@@ -51,7 +51,7 @@ class Rivals:
     def of(self, kept: Sequence[Fit], missing: float) -> dict[str, list[str]]:
         """Return for each name the effects that would leave hardly more in its place, or that some tests prefer to it.
 
-        The winner of the scan is named first. A lead below what is `missing`, though it can be predicted, may be a matter of formulas;
+        What the scan prefers to a name that stands alone is a rival of it. A lead below what is `missing`, though it can be predicted, may be a matter of formulas;
         so is any lead over an effect of a load that is the same in these tests, or over a column that has the same levels.
         """
         if not kept:
@@ -70,7 +70,8 @@ class Rivals:
             as_good = missing > 0.0 and (self.straight.errors(instead).rms ** 2 - own.rms**2 < missing)
             tied = one_cause(self.campaign, first.effect.driver, f.effect.driver)
             likely = as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead))
-            if tied or (likely and self._stands_for(kept, others, f)):
+            preferred = not others and f.gain > first.gain
+            if tied or (likely and (preferred or self._stands_for(kept, others, f))):
                 found[first.name].append(f.name)
         for named in others:
             beside = [f for f in kept if f is not named]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.repeats import Repeats, repeats_of
-from ...estimation.search.law_signs import bends_back
+from ...estimation.search.law_signs import imitates
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
@@ -81,7 +81,7 @@ class UnseenTestsJudge:
             verdict = "ambiguous"
         elif verdict == "ambiguous" and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
-        if verdict in NAMED and (cancelling := self._cancelling(kept)):
+        if verdict in NAMED and (cancelling := self._cancelling(kept, sure=verdict != "ambiguous")):
             kept = [f for f in kept if f.name not in cancelling]
             verdict, rivals = ("partly_explained", told(kept, beside)) if kept else ("unknown_structure", ())
             shares = self.beside.shares(kept, alone)
@@ -184,11 +184,11 @@ class UnseenTestsJudge:
         places = self.beside.places(kept)
         return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
 
-    def _cancelling(self, kept: list[Fit]) -> set[str]:
+    def _cancelling(self, kept: list[Fit], sure: bool) -> set[str]:
         """Return names that are no more than a part of a difference: only that is seen, a curve that they are not.
 
         Of several over one load, of which one rises and the other falls, none has a size that is known to differ from zero. Or one
-        draws a curve that turns, by cancelling slopes of the model along its load.
+        draws another law, by cancelling slopes of the model along its load; one that turns only matters where the answer is `sure`.
         """
         fitted = self.unseen.fitted(effects_of(kept))
         loads = [{*f.effect.driver} for f in kept]
@@ -207,14 +207,14 @@ class UnseenTestsJudge:
             - fitted.residual
             - np.sum([t.binned for t in fitted.terms], axis=0)
         )
-        cancelled = {
+        imitating = {
             t.name
             for t in fitted.terms
             for name in t.effect.driver
             if t.effect.kind != "fault" and len(t.effect.driver) == 1 and self.campaign.varies(name)
-            if bends_back(self.campaign, name, base, t.binned)
+            if imitates(self.campaign, name, base, t.binned, turning=sure)
         }
-        return cancelled | (unknown if len(unknown) > 1 else set())
+        return imitating | (unknown if len(unknown) > 1 else set())
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""

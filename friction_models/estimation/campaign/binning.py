@@ -88,6 +88,11 @@ class BinnedTests:
         return self.average(self.system[name][:, 0])
 
     @cached_property
+    def largest_mu(self) -> float:
+        """Largest mean friction coefficient of a bin."""
+        return float(np.max(self.average(self.mu)))
+
+    @cached_property
     def samples(self) -> npt.NDArray[np.intp]:
         """Points that stand for their bins in the mean of a smooth formula: evenly spaced ones, at most `MOST_SAMPLES` a bin."""
         size = np.minimum(self.count, MOST_SAMPLES).astype(np.intp)

@@ -12,8 +12,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from scipy.optimize import lsq_linear
 
 from ...effects.base import Effect
 from ...effects.empirical.effect import Empirical
@@ -27,6 +25,7 @@ from ..search.candidates import bin_means, contribution, evaluate, spans_of
 from ..search.law_signs import largest_amplitudes
 from ..search.scan import Projector, best_fit, prepare_candidate
 from ..search.search_round import flexible_mean
+from .beside_base import BesideBase, Columns
 from .pooling import by_test, shrinkage
 from .shape_fit import fitted_shapes
 
@@ -34,8 +33,6 @@ LEAST_TESTS = 6
 ROUNDS = 3
 #: Of the squares of a column: what one test alone determines is nothing without it.
 RIDGE = 1e-10
-#: Share of the variation of an effect that a base must leave, for its amplitude to be known.
-LEAST_SEEN = 1e-4
 #: Weights by the covariance are given up only where the error of tests left out falls below this share.
 KEEP_WEIGHTS = 0.98
 #: The same for empirical terms, which were chosen by the weights: another curve must be better by more.
@@ -76,7 +73,7 @@ class JointProblem:
         self.layout = Layout.of(campaign) if len(campaign.tests) >= LEAST_TESTS and campaign.grouped else None
         self.root = None if weights is None else np.sqrt(campaign.average(weights))
         self.whiten: Any = self._weighted(lambda values: values)
-        self._known: tuple[Any, FloatArray, FloatArray] | None = None
+        self._known: tuple[Any, BesideBase] | None = None
         #: Slopes along the shape of one effect need the others as they were.
         self._blocks: dict[tuple[int, tuple[tuple[str, float], ...]], FloatArray] = {}
         self.scanned = False
@@ -150,41 +147,32 @@ class JointProblem:
         self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None
     ) -> tuple[FloatArray, list[FloatArray]]:
         """Return the base's coefficients and the amplitudes of each effect, signs respected."""
-        coefficients, amplitudes, _ = self._solve(self.columns(shapes) if blocks is None else blocks)
-        return coefficients, amplitudes
-
-    def _solve(self, blocks: list[FloatArray]) -> tuple[FloatArray, list[FloatArray], FloatArray]:
-        """As `solve`, with the weighted residual behind."""
-        p, n = self.base.shape[1], len(self.y)
-        plain = np.column_stack([self.base, *blocks])
-        matrix = self.whiten(plain)
-        along, target = self._fixed(matrix[:, :p])
-        matrix[:, p:] *= _seen_beside(along, matrix[:, p:])
-        size = np.linalg.norm(matrix, axis=0)
-        # a column that is not seen has no size: what rounding makes of its amplitude must not grow
-        scale = np.where(size > 0.0, size, 1.0)
-        x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
-        if any(e.pooled for e in self.effects):
-            pull = self.pull(blocks, x / scale)
-            matrix, target = np.vstack([matrix, np.diag(pull * scale)]), np.r_[target, np.zeros(len(x))]
-            x = np.linalg.lstsq(matrix / scale, target, rcond=1e-10)[0]
-        signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
-        most = scale[p:] * largest_amplitudes(self.campaign, plain[:, p:])
-        low, high = np.where(signs > 0, 0.0, -most), np.where(signs < 0, 0.0, most)
-        if np.any((x[p:] < low) | (x[p:] > high)):
-            x = _within(matrix / scale, target, p, low, high)
-        rest = (target - (matrix / scale) @ x)[:n]
-        x = x / scale
+        columns, x = self._solved(self.columns(shapes) if blocks is None else blocks)
         sizes = np.cumsum([0, *(len(e.amplitudes) for e in self.effects)])
-        amplitudes = [x[p + a : p + b] for a, b in pairwise(sizes)]
-        return x[:p], amplitudes, rest
+        return columns.base(x), [x[a:b] / columns.scale[a:b] for a, b in pairwise(sizes)]
 
-    def _fixed(self, base: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return orthonormal columns of the whitened base, and the whitened target: once for all shapes that are tried."""
+    def _rest(self, shapes: Sequence[Mapping[str, float]]) -> FloatArray:
+        """Return the weighted residual of the best coefficients."""
+        columns, x = self._solved(self.columns(shapes))
+        return columns.rest(x)
+
+    def _solved(self, blocks: list[FloatArray]) -> tuple[Columns, FloatArray]:
+        """Return the columns of all effects beside the base, and their amplitudes."""
+        plain = np.column_stack([self.base[:, :0], *blocks])
+        columns = self._beside.columns(self.whiten(plain))
+        if any(e.pooled for e in self.effects):
+            x = columns.amplitudes()
+            columns.draw(self.pull(blocks, np.r_[columns.base(x), x / columns.scale])[self.base.shape[1] :])
+        signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
+        most = columns.scale * largest_amplitudes(self.campaign, plain)
+        return columns, columns.amplitudes(np.where(signs > 0, 0.0, -most), np.where(signs < 0, 0.0, most))
+
+    @property
+    def _beside(self) -> BesideBase:
+        """The weighted base: once for all shapes that are tried."""
         if self._known is None or self._known[0] is not self.whiten:
-            q = np.linalg.qr(base / np.maximum(np.linalg.norm(base, axis=0), 1e-300))[0]
-            self._known = self.whiten, q, self.whiten(self.y)
-        return self._known[1:]
+            self._known = self.whiten, BesideBase(self.whiten(self.base), self.whiten(self.y))
+        return self._known[1]
 
     def pull(self, blocks: list[FloatArray], x: FloatArray) -> FloatArray:
         """Return how much each coefficient is drawn towards zero beside a free fit `x`: the offsets of pooled levels.
@@ -212,10 +200,10 @@ class JointProblem:
             self.shapes,
             self.limits,
             self.spans,
-            lambda shapes: self._solve(self.columns(shapes))[2],
+            self._rest,
             max_nfev=30,
-            xtol=1e-7,
-            ftol=1e-9,
+            xtol=1e-5,
+            ftol=1e-7,
         )
 
     def limits(self, k: int, shape: ShapeParameter) -> tuple[float, float]:
@@ -253,30 +241,6 @@ class JointProblem:
         self._blocks.clear()
 
 
-def _within(
-    matrix: FloatArray, target: FloatArray, free: int, low: FloatArray, high: FloatArray
-) -> FloatArray:
-    """Return the least-squares coefficients of the columns of a matrix, all but the first `free` within bounds."""
-    base = matrix[:, :free]
-    others = np.column_stack([matrix[:, free:], target])
-    along = np.linalg.lstsq(base, others, rcond=1e-10)[0]
-    # what the base leaves is fitted by the others alone
-    r = np.linalg.qr(others - base @ along).R
-    bounded = lsq_linear(r[:, :-1], r[:, -1], (low, high), method="bvls").x
-    return np.r_[along[:, -1] - along[:, :-1] @ bounded, bounded]
-
-
 def _rows(values: FloatArray, by: FloatArray) -> FloatArray:
     """Return rows of `values`, shape (m,) or (m, k), multiplied by numbers of shape (m,)."""
     return values * (by if values.ndim == 1 else by[:, None])
-
-
-def _seen_beside(q: FloatArray, columns: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which columns vary beside orthonormal ones of a base, of which the first is the level, shape (k,).
-
-    The amplitude of one that hardly does would be large, cancelled by slopes of the base.
-    """
-    along = q.T @ columns
-    whole = np.sum(columns**2, axis=0)
-    left = whole - np.sum(along**2, axis=0)
-    return np.asarray(left > LEAST_SEEN * (whole - along[0] ** 2))

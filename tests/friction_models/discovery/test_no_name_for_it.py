@@ -59,3 +59,11 @@ def test_a_valley_along_pressure_is_no_saturation_beside_a_steep_line(steep: flo
     found = diagnose(data)
     assert found.verdict == "unknown_structure", found.sentence
     assert found.where[0]["variables"] == ["sigma_n"]
+
+
+def test_a_flat_start_and_a_rise_with_speed_is_no_stribeck_effect() -> None:
+    """Beside a steep line a fall with speed draws a curve that falls nowhere."""
+    data = at_random_loads(3, points=40)
+    data["mu"] += 0.1 * (np.maximum(data["v_rel"] - 150.0, 0.0) / 250.0) ** 1.3
+    found = diagnose(data)
+    assert found.verdict == "unknown_structure" and "along v_rel" in found.sentence, found.sentence

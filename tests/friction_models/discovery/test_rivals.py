@@ -28,26 +28,27 @@ def test_a_rival_of_a_further_name_gains_a_good_part_of_what_it_gains(gain: floa
     assert Rivals(campaign, found, straight, further).of(kept, 0.0) == {"first": [], "named": listed}
 
 
-def test_what_helps_no_unseen_test_is_no_rival() -> None:
-    """The first name was looked for beside another one; alone, in the scan, its rivals look better than it."""
+@pytest.mark.parametrize(("beside", "listed"), [(True, []), (False, ["other"])])
+def test_what_helps_no_unseen_test_is_a_rival_only_where_the_scan_prefers_it(
+    beside: bool, listed: list[str]
+) -> None:
+    """A first name that was looked for beside another one: alone, in the scan, its rivals look better than it."""
     first, second, other = (
         SimpleNamespace(name=n, gain=g, effect=SimpleNamespace(metadata=(), driver=(load,)))
         for n, g, load in (("first", 50.0, "T"), ("second", 500.0, "sd"), ("other", 400.0, "v_rel"))
     )
 
     def errors(fits: Any) -> ErrorsByTest:
-        names = {f.name for f in fits}
-        size = (
-            1.0 if {"first", "second"} <= names else 4.0
-        )  # other beside second leaves as much as second alone
+        # the other one in the place of the first leaves as much as if that were left out
+        size = 1.0 if "first" in {f.name for f in fits} else 4.0
         return ErrorsByTest(size * np.linspace(0.2, 3.0, 6), np.zeros(6))
 
-    found: Any = SimpleNamespace(ranking=[second, other, first], just=lambda *fits: False)
+    found: Any = SimpleNamespace(ranking=[second, other, first], just=lambda a, b: b is second)
     campaign: Any = SimpleNamespace(averaged=False, system={}, tests=["t"] * 6)
     further: Any = lambda known, level=0.05: []  # noqa: E731
     rivals = Rivals(campaign, found, SimpleNamespace(errors=errors), further)
-    kept: Any = [first, second]
+    kept: Any = [first, second] if beside else [first]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Rivals, "_led", lambda self, kept, instead: False)
         patch.setattr("friction_models.discovery.judge.rivals.one_cause", lambda *given: False)
-        assert rivals.of(kept, 0.0) == {"first": [], "second": []}
+        assert rivals.of(kept, 0.0)["first"] == listed
