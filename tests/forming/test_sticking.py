@@ -70,7 +70,7 @@ def test_a_cup_goes_on_where_it_sticks_to_its_tools(monkeypatch):
     assert result.force[-1] > 1.3 * process.run(0.1, 8.0).force[-1]
 
 
-@pytest.mark.parametrize("stress", [100.0, 400.0])
+@pytest.mark.parametrize("stress", [pytest.param(100.0, marks=pytest.mark.nightly), 400.0])
 def test_a_rod_that_does_not_harden_goes_on_where_it_begins_to_stick(stress):
     """At mu p = k the container slips at the stress at which the surface shears: the residual falls slowly."""
     process = ForwardRodExtrusion(mesh_size=0.6, n_points=40, material=PowerLaw(yield_stress=stress))

@@ -209,6 +209,7 @@ def test_expansion_beside_the_fold_of_a_steep_cone_does_not_grow_with_each_remes
     assert found[1] == pytest.approx(found[0], rel=0.012)
 
 
+@pytest.mark.nightly
 def test_expansion_in_contact_of_a_coarse_rod_does_not_depend_on_the_number_of_remeshings():
     """Elements of a fortieth of the diameter: the marker beside the front edge left the land earlier or later, psi 4 % apart."""
     found = []

@@ -13,7 +13,7 @@ from ..estimation_cases import measured
 TESTS = 27
 
 
-@pytest.mark.parametrize("seed", [305, 699])
+@pytest.mark.parametrize("seed", [305, pytest.param(699, marks=pytest.mark.nightly)])
 def test_nothing_is_missing_however_the_tests_are_divided(seed: int) -> None:
     """Noise alone, and metadata that mean nothing; in one division of the tests in many they seem to say something."""
     rng = np.random.default_rng(seed)

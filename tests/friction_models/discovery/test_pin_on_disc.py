@@ -25,7 +25,7 @@ def curves(seed: int) -> pd.DataFrame:
     return pd.concat(tests, ignore_index=True)
 
 
-@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.nightly) for k in (1, 2))])
 def test_running_in_and_wear_are_both_named(seed: int) -> None:
     """Each bends otherwise than what is there, and free curves along the distance hid one beside the other: no effect was named."""
     found = diagnose(curves(seed))

@@ -124,6 +124,7 @@ def test_friction_flow_stress_and_compliance_are_told(system: System, pressed: P
     assert json.dumps(flow.to_dict(), allow_nan=False)
 
 
+@pytest.mark.nightly
 def test_friction_of_fmi_3_is_attributed_alike(system: System, pressed: Pressed, place: Path) -> None:
     friction = pack(ConstantFriction(0.08), place / "friction3.fmu", nodes=30, fmi="3.0")
     one = PressCurves(pressed(mu=0.096).levels[:1], {})

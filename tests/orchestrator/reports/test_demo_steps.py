@@ -25,7 +25,7 @@ def done(out: Path, model: str) -> bool:
     return bool(worked)
 
 
-@pytest.mark.parametrize("replaced", ["seed 8", ""])
+@pytest.mark.parametrize("replaced", [pytest.param("seed 8", marks=pytest.mark.nightly), ""])
 def test_an_output_that_an_interrupted_run_has_replaced_is_made_again(tmp_path: Path, replaced: str) -> None:
     assert done(tmp_path, "seed 7")
     assert not done(tmp_path, "seed 7")
