@@ -48,6 +48,11 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
     def row(what: str, old: str, new: str) -> None:
         lines.append(f"  {what:<16}{old} -> {new}" if old != new else f"  {what:<16}{new} (unchanged)")
 
+    earlier = before.get("model")
+    if isinstance(earlier, str) and earlier != after.model:
+        lines.append(
+            f"  The model is another one: {earlier} -> {after.model}. Tests alone did not change this."
+        )
     row("verdict", str(before["verdict"]), after.verdict)
     row("effects", _names(before["effects"]), _names(after.effects))
     row("not told apart", _names(before["confusion_set"]), _names(after.confusion_set))

@@ -188,7 +188,7 @@ class UnseenTestsJudge:
         """Return names that are no more than a part of a difference: only that is seen, a curve that they are not.
 
         Of several over one load, of which one rises and the other falls, none has a size that is known to differ from zero. Or one
-        draws another law, by cancelling slopes of the model along its load; one that turns only matters where the answer is `sure`.
+        draws another law, by cancelling slopes of the model along its load, which counts sooner where the answer is `sure` of its name.
         """
         fitted = self.unseen.fitted(effects_of(kept))
         loads = [{*f.effect.driver} for f in kept]
@@ -212,7 +212,7 @@ class UnseenTestsJudge:
             for t in fitted.terms
             for name in t.effect.driver
             if t.effect.kind != "fault" and len(t.effect.driver) == 1 and self.campaign.varies(name)
-            if imitates(self.campaign, name, base, t.binned, turning=sure)
+            if imitates(self.campaign, name, base, t.binned, sure)
         }
         return imitating | (unknown if len(unknown) > 1 else set())
 

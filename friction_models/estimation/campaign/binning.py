@@ -25,6 +25,7 @@ from ...loads import (
 from ...loads.contract import QUANTITIES, behind
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .load_noise import without_noise
+from .load_spikes import without_load_spikes
 from .metadata import about_table, metadata_columns
 from .settings import HELD, setting_of_tests, varies
 
@@ -228,11 +229,12 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     frame = thinned(frame, 4 * BINS, warnings)
     loads = TriboLoads.from_frame(frame, tests)
     warnings += [*_about_order(loads), *about_table(loads)]
+    loads, lone = without_load_spikes(loads, frame["test_id"].to_numpy(dtype=str), warnings)
     measured = check_column(frame["mu"].to_numpy(), MEASURED_MU, "data")
     about_negative(measured, "data")  # refuses the wrong sign
     mu = without_spikes(measured, frame["test_id"], warnings)
     campaign = campaign_of(loads, mu, loads.test_id)
-    campaign.spikes = float(np.mean(mu != measured))
+    campaign.spikes = float(np.mean((mu != measured) | lone))
     campaign.system = metadata_columns(loads)
     campaign.warnings = warnings + _remarks(campaign)
     return campaign

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import gcd
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from ...common.wording import counted, first_names
@@ -17,6 +19,8 @@ TOLD_APART = 4  # columns
 LEAST_ALIKE = 5  # different tests, each of them as often as the others: the table was copied
 SAME_VALUE = 1e-4  # of the range of a column: no two tests agree so well in every point
 SPIKE = 0.005  # least distance in mu of a point from its neighbours that counts as a spike
+NOISES = 12.0  # times the noise of its test, at least, by which a spike is off
+LEAST_POINTS = 10  # of a table that is searched for spikes
 STEPS = 2.5  # of the resolution: noise around the edge of a step jumps by one or two of them
 MOST_VALUES = 0.1  # share of the points that differ: with fewer values mu was rounded
 NEARBY = 15  # points on either side of one: a logger that rounds jumps to a value that is there, too
@@ -97,30 +101,46 @@ def without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> Floa
     Monotone stretches pass unchanged, also steep ones: break-away and running-in are not spikes. So does a value that the test has
     several times nearby: a logger that rounds the force jumps by a step, which in mu follows the pressure.
     """
-    if len(mu) < 10:
-        return mu
-    windows = np.lib.stride_tricks.sliding_window_view(mu, 5)
-    middle = np.median(windows, axis=1)
     names = test.to_numpy()
-    same = names[4:] == names[:-4]
-    distance = np.where(same, np.abs(mu[2:-2] - middle), 0.0)
-    second = np.where(names[2:] == names[:-2], np.abs(np.diff(mu, 2)), np.nan)
-    noise = 1.4826 / np.sqrt(6.0) * pd.Series(second).groupby(names[1:-1]).transform("median").to_numpy()
-    spike = distance > np.fmax(12.0 * noise[1:-1], max(SPIKE, STEPS * _resolution(mu)))
-    for k in np.flatnonzero(spike):
-        near = slice(max(k + 2 - NEARBY, 0), k + 3 + NEARBY)
-        alike = (np.abs(mu[near] - mu[k + 2]) < 0.25 * distance[k]) & (names[near] == names[k + 2])
-        spike[k] = np.count_nonzero(alike) <= AGREE  # itself is one of them
+    spike, middle = lone_points(mu, names, max(SPIKE, STEPS * _resolution(mu)))
     if not spike.any():
         return mu
-    told, count = np.unique(names[2:-2][spike].astype(str), return_counts=True)
+    warnings.append(f"left out, far off their neighbours: {lone_text(spike, names)}")
+    return np.where(spike, middle, mu)
+
+
+def lone_points(
+    values: FloatArray, names: npt.NDArray[Any], least: FloatArray | float
+) -> tuple[npt.NDArray[np.bool_], FloatArray]:
+    """Return which points lie far off their neighbours in a test, and the median of five around each, shape (n,) each.
+
+    They are off by more than `least`, or shape (n,), and by far more than the noise of the test, and their value is not there again
+    nearby.
+    """
+    spike, middle = np.zeros(len(values), dtype=bool), values.copy()
+    if len(values) < LEAST_POINTS:
+        return spike, middle
+    middle[2:-2] = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
+    same = np.zeros(len(values), dtype=bool)
+    same[2:-2] = names[4:] == names[:-4]
+    distance = np.where(same, np.abs(values - middle), 0.0)
+    second = np.where(names[2:] == names[:-2], np.abs(np.diff(values, 2)), np.nan)
+    noise = np.full(len(values), np.inf)
+    of_test = pd.Series(second).groupby(names[1:-1]).transform("median").to_numpy()
+    noise[1:-1] = 1.4826 / np.sqrt(6.0) * np.nan_to_num(of_test, nan=np.inf)
+    spike[:] = distance > np.fmax(NOISES * noise, least)
+    for k in np.flatnonzero(spike):
+        near = slice(max(k - NEARBY, 0), k + 1 + NEARBY)
+        alike = (np.abs(values[near] - values[k]) < 0.25 * distance[k]) & (names[near] == names[k])
+        spike[k] = np.count_nonzero(alike) <= AGREE  # itself is one of them
+    return spike, middle
+
+
+def lone_text(spike: npt.NDArray[np.bool_], names: npt.NDArray[Any]) -> str:
+    """Return how many points are alone, and in which tests, those with most of them first."""
+    told, count = np.unique(names[spike].astype(str), return_counts=True)
     where = first_names(list(told[np.argsort(-count, kind="stable")]))
-    warnings.append(
-        f"left out, far off their neighbours: {counted(int(spike.sum()), 'single point')} (test {where})"
-    )
-    cleaned = mu.copy()
-    cleaned[2:-2][spike] = middle[spike]
-    return cleaned
+    return f"{counted(int(spike.sum()), 'single point')} (test {where})"
 
 
 def _resolution(mu: FloatArray) -> float:

@@ -24,7 +24,10 @@ def test_more_tests_settle_what_few_could_not_and_the_text_says_so(tmp_path: Pat
     text = changes_text(read_diagnosis(file), after)
     assert f"verdict         {before.verdict} -> {after.verdict}" in text or before.verdict == after.verdict
     assert "wear_out" in text and "noise floor" in text
-    assert "(unchanged)" in changes_text(after.to_dict(), after)
+    unchanged = changes_text(after.to_dict(), after)
+    assert "(unchanged)" in unchanged and "another one" not in unchanged
+    other = changes_text({**after.to_dict(), "model": "constant"}, after)
+    assert "another one: constant -> linear" in other
 
 
 @pytest.mark.parametrize(

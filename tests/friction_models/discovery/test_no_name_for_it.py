@@ -67,3 +67,10 @@ def test_a_flat_start_and_a_rise_with_speed_is_no_stribeck_effect() -> None:
     data["mu"] += 0.1 * (np.maximum(data["v_rel"] - 150.0, 0.0) / 250.0) ** 1.3
     found = diagnose(data)
     assert found.verdict == "unknown_structure" and "along v_rel" in found.sentence, found.sentence
+
+
+def test_a_hump_in_temperature_is_no_breakdown_beside_a_falling_line() -> None:
+    data = at_random_loads(2, points=30)
+    data["mu"] += 0.03 * np.exp(-(((data["T"] - 130.0) / 35.0) ** 2))
+    found = diagnose(data)
+    assert found.verdict == "unknown_structure" and "along T" in found.sentence, found.sentence
