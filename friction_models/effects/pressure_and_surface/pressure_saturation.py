@@ -25,7 +25,7 @@ class PressureSaturation(Effect):
     name = "pressure_saturation"
     title = "the real contact area saturates"
     label = "Pressure saturation"
-    sentence = "friction rises less than pressure where pressure is high, as the real contact area saturates"
+    sentence = "the coefficient falls where pressure is high, as the real contact area saturates and friction rises less than pressure"
     equation = "mu += delta_p * ((1 - exp(-x^n)) / x^n)^(1/n),  x = sigma_n/s_c"
     latex = (
         r"\mu \mathrel{+}= \Delta\mu_p\left(\frac{1-e^{-x^n}}{x^n}\right)^{1/n},\quad x=\frac{\sigma_n}{s_c}"
