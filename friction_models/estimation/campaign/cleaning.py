@@ -101,26 +101,38 @@ def without_spikes(mu: FloatArray, test: pd.Series, warnings: list[str]) -> Floa
     Monotone stretches pass unchanged, also steep ones: break-away and running-in are not spikes. So does a value that the test has
     several times nearby: a logger that rounds the force jumps by a step, which in mu follows the pressure.
     """
-    names = test.to_numpy()
-    spike, middle = lone_points(mu, names, max(SPIKE, STEPS * _resolution(mu)))
+    names, middle = test.to_numpy(), median_of_five(mu)
+    spike = lone_points(mu, middle, names, max(SPIKE, STEPS * _resolution(mu)))
     if not spike.any():
         return mu
     warnings.append(f"left out, far off their neighbours: {lone_text(spike, names)}")
     return np.where(spike, middle, mu)
 
 
-def lone_points(
-    values: FloatArray, names: npt.NDArray[Any], least: FloatArray | float
-) -> tuple[npt.NDArray[np.bool_], FloatArray]:
-    """Return which points lie far off their neighbours in a test, and the median of five around each, shape (n,) each.
+def median_of_five(values: FloatArray) -> FloatArray:
+    """Return the medians of five points around each, shape (n,); of the two first and last points their values.
 
-    They are off by more than `least`, or shape (n,), and by far more than the noise of the test, and their value is not there again
-    nearby.
+    Examples
+    --------
+    >>> median_of_five(np.array([1.0, 2.0, 9.0, 2.0, 3.0, 4.0])).tolist()
+    [1.0, 2.0, 2.0, 3.0, 3.0, 4.0]
     """
-    spike, middle = np.zeros(len(values), dtype=bool), values.copy()
+    middle = values.copy()
+    if len(values) > 4:
+        middle[2:-2] = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
+    return middle
+
+
+def lone_points(
+    values: FloatArray, middle: FloatArray, names: npt.NDArray[Any], least: FloatArray | float
+) -> npt.NDArray[np.bool_]:
+    """Return which points lie far off the `middle` of their neighbours in a test, shape (n,).
+
+    They are off by more than `least` (one number, or one for each point) and by far more than the noise of the test, and their value
+    is not there again nearby.
+    """
     if len(values) < LEAST_POINTS:
-        return spike, middle
-    middle[2:-2] = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
+        return np.zeros(len(values), dtype=bool)
     same = np.zeros(len(values), dtype=bool)
     same[2:-2] = names[4:] == names[:-4]
     distance = np.where(same, np.abs(values - middle), 0.0)
@@ -128,12 +140,12 @@ def lone_points(
     noise = np.full(len(values), np.inf)
     of_test = pd.Series(second).groupby(names[1:-1]).transform("median").to_numpy()
     noise[1:-1] = 1.4826 / np.sqrt(6.0) * np.nan_to_num(of_test, nan=np.inf)
-    spike[:] = distance > np.fmax(NOISES * noise, least)
+    spike = distance > np.fmax(NOISES * noise, least)
     for k in np.flatnonzero(spike):
         near = slice(max(k - NEARBY, 0), k + 1 + NEARBY)
         alike = (np.abs(values[near] - values[k]) < 0.25 * distance[k]) & (names[near] == names[k])
         spike[k] = np.count_nonzero(alike) <= AGREE  # itself is one of them
-    return spike, middle
+    return np.asarray(spike)
 
 
 def lone_text(spike: npt.NDArray[np.bool_], names: npt.NDArray[Any]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import FloatArray, TriboLoads
-from .cleaning import lone_points, lone_text
+from .cleaning import lone_points, lone_text, median_of_five
 
 #: Loads that are searched, and the value [in their unit] below which a reading counts as this one; distance only grows, and says itself.
 SEARCHED = {"v_rel": 0.0, "T": 100.0, "sigma_n": 0.0, "psi": 0.0}
@@ -42,8 +42,8 @@ def without_load_spikes(
         values = np.asarray(getattr(loads, name), dtype=np.float64)
         if name in loads.absent or np.ptp(values) == 0.0:
             continue
-        middle = lone_points(values, names, 0.0)[1]
-        spike, _ = lone_points(values, names, OFF * np.maximum(np.abs(middle), least))
+        middle = median_of_five(values)
+        spike = lone_points(values, middle, names, OFF * np.maximum(np.abs(middle), least))
         if name == "v_rel":
             spike &= (values > middle) | _slides(loads, middle)
         if spike.any():
