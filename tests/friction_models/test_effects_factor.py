@@ -280,7 +280,7 @@ def number_within_texts(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     return shifted(data, tests, 6e-6 * (tests["stress"] - 3000.0)), tests
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
 def test_a_number_that_varies_within_the_levels_of_a_text_is_named(seed: int) -> None:
     assert diagnose(*number_within_texts(seed)).effects == ["factor:stress"]
 

@@ -16,10 +16,10 @@ CALLS = 40_000
 CASES = [
     pytest.param("network", 1, "2.0", marks=pytest.mark.nightly),
     pytest.param("network", 20, "2.0", marks=pytest.mark.nightly),
-    ("memory", 4, "2.0"),
+    pytest.param("memory", 4, "2.0", marks=pytest.mark.nightly),
     ("wild", 4, "2.0"),
     pytest.param("ode", 1, "2.0", marks=pytest.mark.nightly),
-    ("boosting", 4, "2.0"),
+    pytest.param("boosting", 4, "2.0", marks=pytest.mark.nightly),
     ("network", 4, "3.0"),
     pytest.param("memory", 2, "3.0", marks=pytest.mark.nightly),
     pytest.param("wild", 2, "3.0", marks=pytest.mark.nightly),

@@ -165,7 +165,9 @@ def test_the_promised_error_does_not_know_the_tests_it_is_judged_on(monkeypatch:
     assert np.mean(seen) < 0.85 and np.mean(unseen) > 0.93, (seen, unseen)
 
 
-@pytest.mark.parametrize("name", ["line(v_rel)*bump(psi)", "bump(psi)"])
+@pytest.mark.parametrize(
+    "name", ["line(v_rel)*bump(psi)", pytest.param("bump(psi)", marks=pytest.mark.nightly)]
+)
 def test_a_curve_does_not_turn_between_the_levels_that_were_tested(name: str) -> None:
     """Three punches, three psi: what mu does between them, a smooth law, is drawn without hills of the term's own."""
     data = hiding(None, seed=5, tests=81)

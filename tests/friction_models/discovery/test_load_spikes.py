@@ -36,7 +36,13 @@ def whole() -> Diagnosis:
 
 
 @pytest.mark.parametrize(
-    ("load", "wrong"), [("v_rel", 100.0), ("v_rel", 0.0), ("T", 10.0), ("sigma_n", 30.0)], ids=str
+    ("load", "wrong"),
+    [
+        ("v_rel", 100.0),
+        ("v_rel", 0.0),
+        *(pytest.param(*p, marks=pytest.mark.nightly) for p in (("T", 10.0), ("sigma_n", 30.0))),
+    ],
+    ids=str,
 )
 def test_a_few_wrong_readings_change_no_answer_and_no_domain(
     load: str, wrong: float, whole: Diagnosis
