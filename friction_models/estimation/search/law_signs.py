@@ -20,7 +20,7 @@ OWN_WAY = 0.15
 #: share of all ups and downs, is the curve of another law; limits for a name that is the answer, and for one of several. Of some 200
 #: names of two authors that were right none lies within the limits (the nearest of those that were the answer went their way for 72 %);
 #: of 15 curves that no effect has, humps, valleys, flat and then rising, that were given a name of one load, 14 do.
-ANOTHER_LAW = {True: ((1.0, OWN_WAY), (1.4, 0.7)), False: ((1.0, OWN_WAY), (2.5, 0.5))}
+ANSWER, ONE_OF_SEVERAL = ((1.0, OWN_WAY), (1.4, 0.7)), ((1.0, OWN_WAY), (2.5, 0.5))
 #: Ranges of the load over which ups and downs are counted.
 RANGES = 25
 
@@ -76,7 +76,8 @@ def imitates(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArra
     whole = _slopes(campaign, name, base) * place + own
     right, ways = _ways(whole, own)
     cancelled = np.ptp(own) / max(float(np.ptp(whole)), 1e-300)
-    return any(cancelled > times and right < share * ways for times, share in ANOTHER_LAW[sure])
+    limits = ANSWER if sure else ONE_OF_SEVERAL
+    return any(cancelled > times and right < share * ways for times, share in limits)
 
 
 def _ways(whole: FloatArray, term: FloatArray) -> tuple[FloatArray, FloatArray]:
