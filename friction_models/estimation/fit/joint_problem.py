@@ -158,11 +158,11 @@ class JointProblem:
 
     def _solved(self, blocks: list[FloatArray]) -> tuple[Columns, FloatArray]:
         """Return the columns of all effects beside the base, and their amplitudes."""
-        plain = np.column_stack([self.base[:, :0], *blocks])
+        plain = np.column_stack([self.base[:, :0], *blocks])  # there may be no effects
         columns = self._beside.columns(self.whiten(plain))
         if any(e.pooled for e in self.effects):
             x = columns.amplitudes()
-            columns.draw(self.pull(blocks, np.r_[columns.base(x), x / columns.scale])[self.base.shape[1] :])
+            columns.draw(self.pull(blocks, np.r_[columns.base(x), x / columns.scale]))
         signs = np.array([a.sign for e in self.effects for a in e.amplitudes], dtype=float)
         most = columns.scale * largest_amplitudes(self.campaign, plain)
         return columns, columns.amplitudes(np.where(signs > 0, 0.0, -most), np.where(signs < 0, 0.0, most))
@@ -175,18 +175,19 @@ class JointProblem:
         return self._known[1]
 
     def pull(self, blocks: list[FloatArray], x: FloatArray) -> FloatArray:
-        """Return how much each coefficient is drawn towards zero beside a free fit `x`: the offsets of pooled levels.
+        """Return how much each amplitude is drawn towards zero beside a free fit `x`, base first: the offsets of pooled levels.
 
         In units of the norms of the whitened columns.
         """
-        pull, at = np.zeros(len(x)), self.base.shape[1]
+        amplitudes, at = x[self.base.shape[1] :], 0
+        pull = np.zeros(len(amplitudes))
         free = self.y - np.column_stack([self.base, *blocks]) @ x
         test = self.campaign.test if self.campaign.grouped else np.arange(len(free))
         for effect, block in zip(self.effects, blocks, strict=True):
             own = slice(at, at + block.shape[1])
             at += block.shape[1]
             if effect.pooled:
-                level = by_test(free + block @ x[own], self.campaign.count, test)
+                level = by_test(free + block @ amplitudes[own], self.campaign.count, test)
                 pull[own] = np.sqrt(shrinkage(level, by_test(block, self.campaign.count, test)))
         return pull
 

@@ -156,7 +156,7 @@ def _known_before(
     p = problem.base.shape[1]
     matrix = np.column_stack([problem.base, *blocks])
     free = np.linalg.lstsq(problem.whiten(matrix), problem.whiten(problem.y), rcond=1e-10)[0]
-    pull, first = problem.pull(blocks, free), p
+    pull, first = problem.pull(blocks, free), 0
     for effect, own, block in zip(problem.effects, places, blocks, strict=True):
         if effect.pooled:
             at = p + np.array([own[a.name] for a in effect.amplitudes])
