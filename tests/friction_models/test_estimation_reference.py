@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
@@ -12,9 +13,11 @@ import pytest
 from friction_models import LinearFriction
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.noise import reference_variances as module
+from friction_models.estimation.noise.newton import Likelihood
 from friction_models.estimation.noise.noise_floor import NoiseFloor
 from friction_models.estimation.noise.reference import Reference
 from friction_models.estimation.search.base_law import base_law
+from friction_models.loads import FloatArray
 
 from .estimation_cases import measured
 
@@ -160,14 +163,14 @@ def test_the_gradient_of_the_criterion_is_that_of_its_values(monkeypatch: pytest
     campaign, _ = campaign_of(9, 0.004)
     seen = []
 
-    def look(criterion, start, **_):  # type: ignore[no-untyped-def]
+    def look(at: Callable[[FloatArray], Likelihood], start: FloatArray, *_: object) -> FloatArray:
         theta = start + np.random.default_rng(0).normal(0.0, 0.7, len(start))
         step = 1e-5 * np.eye(len(theta))
-        numbers = [(criterion(theta + e)[0] - criterion(theta - e)[0]) / 2e-5 for e in step]
-        seen.append((criterion(theta)[1], np.array(numbers)))
-        return type("Result", (), {"x": start})()
+        numbers = [(at(theta + e).value - at(theta - e).value) / 2e-5 for e in step]
+        seen.append((at(theta).slope, np.array(numbers)))
+        return start
 
-    monkeypatch.setattr(module, "minimize", look)
+    monkeypatch.setattr(module, "most_likely", look)
     reference, base, folds = reference_of(campaign)
     reference.out_of_fold(base, folds)
     assert seen[0][0] == pytest.approx(seen[0][1], rel=1e-4, abs=1e-3)

@@ -1,9 +1,4 @@
-"""Noise floor: what no model of the loads can explain, with a test as the unit.
-
-The covariance of the bin means of one test is ``s_b^2 1 1' + s_d^2 exp(-|dsd|/l) + diag(s_w^2/n)``: an offset
-of the test (specimen, lubricant), a slow drift along it, and sensor noise. Restricted maximum likelihood
-around a flexible mean (Patterson, Thompson, Biometrika 58 (1971)).
-"""
+"""Noise floor: what no model of the loads can explain, with a test as the unit."""
 
 from __future__ import annotations
 
@@ -11,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import NotRequired, TypedDict
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.special import chdtri
 
 from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
+from .floor_variances import Variances, VariancesOfFloor
 from .layout import Layout, inverse_of_roots
 
 #: Relative to the scatter of the data; keeps the covariance regular on noise-free input.
@@ -127,98 +122,13 @@ def estimate(
         y, mean = y[rows], mean[rows]
     mean = independent_columns(mean)
     residual = y - mean @ np.linalg.lstsq(mean, y, rcond=None)[0]
-    scale = max(float(np.std(residual)), 1e-9)
-    tests = len(layout.present)
-    known = tests >= 3
-    length = float(np.median([g[p].max() for g, p in zip(layout.gaps, layout.present, strict=True)]))
-    stacked = layout.pad(np.column_stack([y, mean]))
-    many = layout.shape[1] > 2
-
-    index = np.arange(layout.shape[1])
-    both = np.where(layout.present[:, :, None] & layout.present[:, None, :], 1.0, 0.0)
-    gaps = both * layout.gaps / max(length, 1e-9)
-    apart = np.where(both > 0.0, gaps, np.inf)
-    # New memory for large arrays takes longer than what is computed in them.
-    slow, S, whitening, P = (np.zeros_like(both) for _ in range(4))
-
-    def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
-        """Return minus the restricted log-likelihood and its gradient."""
-        s_b, s_d, relative, s_w = np.exp(np.clip(theta, -16.0, 6.0)) * [scale, scale, 1.0, scale]
-        if not known:
-            s_b = 1e-4 * scale
-        if not many:
-            s_d = 0.0
-        np.multiply(apart, -1.0 / relative, out=slow)
-        np.exp(slow, out=slow)
-        np.multiply(slow, s_d**2, out=slow)
-        np.multiply(both, s_b**2, out=S)
-        np.add(S, slow, out=S)
-        diagonal = np.where(layout.present, s_w**2 * layout.weight, 1.0)
-        S[:, index, index] += diagonal
-        nothing = np.zeros(4)
-        try:
-            root = np.linalg.cholesky(S)
-            inverse_of_roots(root, whitening)
-            np.matmul(np.swapaxes(whitening, 1, 2), whitening, out=P)
-            solved = P @ stacked
-            gram = np.tensordot(stacked, solved, ((0, 1), (0, 1)))
-            inner = np.linalg.cholesky(gram[1:, 1:])
-        except np.linalg.LinAlgError:
-            return 1e12, nothing
-        covariance = np.linalg.inv(gram[1:, 1:])
-        along = covariance @ gram[1:, 0]
-        rest = float(gram[0, 0] - gram[1:, 0] @ along)
-        log_det = 2.0 * np.sum(np.log(np.einsum("tii->ti", root)))
-        ratio = np.log(relative / 0.15)
-        prior = 0.05 * ratio**2  # keeps the length finite where there is no drift
-        value = 0.5 * (log_det + rest) + np.sum(np.log(np.diag(inner))) + prior
-        # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
-        towards = solved[:, :, 1:]
-        left = solved[:, :, 0] - towards @ along
-        by_mean = np.concatenate([towards @ covariance, left[:, :, None]], axis=2)
-        np.matmul(by_mean, np.swapaxes(np.concatenate([towards, left[:, :, None]], axis=2), 1, 2), out=S)
-        np.subtract(P, S, out=P)
-        np.multiply(slow, gaps, out=S)
-        by_slow = float(np.vdot(P, slow))
-        gradient = np.array(
-            [
-                s_b**2 * float(np.vdot(P, both)) if known else 0.0,
-                by_slow,
-                0.5 * float(np.vdot(P, S)) / relative + 0.1 * ratio,
-                float(np.sum(np.einsum("tii->ti", P) * np.where(layout.present, diagonal, 0.0))),
-            ]
-        )
-        return float(value), gradient
-
-    within = np.log(max(sensor_noise(campaign, campaign.mu) / scale, 0.02))
-    begin = np.array([np.log(0.8), np.log(0.3), np.log(0.15), within])
-    if start is not None:
-        known_sizes = np.array([start.test, start.drift, 0.0, start.bin_sensor]) / scale
-        known_sizes[2] = start.drift_length / max(length, 1e-9)
-        begin = np.log(np.maximum(known_sizes, 1e-3))
-    bounds = [(-9, 3), (-9, 3), (-4, 2), (-7, 4)]
-    low, high = np.array(bounds, dtype=float).T
-    best = minimize(
-        criterion,
-        np.clip(begin, low, high),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        options={"maxiter": 60, "ftol": 1e-6},
-    )
-    s_b, s_d, relative, s_w = np.exp(best.x) * np.array([scale, scale, 1.0, scale])
-    s_b, s_d = (s_b if known else 0.0), (s_d if many else 0.0)
-    sensor = sensor_noise(campaign, campaign.mu) if campaign.count.max() > 1 else s_w
-    floor = NoiseFloor(
-        float(sensor),
-        float(s_b),
-        float(s_d),
-        float(relative * max(length, 1e-9)),
-        (0.0, 0.0),
-        float(s_w),
-        known,
-    )
-    return replace(floor, interval=_interval(floor, tests, mean.shape[1]))
+    variances = VariancesOfFloor(layout, y, mean, max(float(np.std(residual)), 1e-9))
+    noise = sensor_noise(campaign, campaign.mu)
+    earlier = Variances(start.test, start.drift, start.drift_length, start.bin_sensor) if start else None
+    test, drift, length, bin_sensor = variances.most_likely(noise, earlier)
+    sensor = noise if campaign.count.max() > 1 else bin_sensor
+    floor = NoiseFloor(sensor, test, drift, length, (0.0, 0.0), bin_sensor, variances.known)
+    return replace(floor, interval=_interval(floor, len(layout.present), mean.shape[1]))
 
 
 def _interval(floor: NoiseFloor, tests: int, columns: int) -> tuple[float, float]:

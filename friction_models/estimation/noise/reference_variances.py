@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri, dtrtrs
-from scipy.optimize import minimize
 
 from ...loads import FloatArray
+from .newton import Likelihood, most_likely
 from .reference_curves import Curves
 
 #: Prior of the natural logarithm of the variances, mean and spread: of curves and offsets over the variance of mu; of
@@ -29,7 +29,7 @@ NOTHING = -40.0
 #: Minus twice the log-likelihood of variances for which rounding leaves no solution.
 UNSOLVED = 1e12
 #: First and largest step of the search for them, and the slope at which it ends.
-FIRST_STEP, LARGEST_STEP, LEAST_SLOPE = 2.0, 8.0, 0.1
+STEPS, LEAST_SLOPE = (2.0, 8.0), 0.1
 
 
 class _Solved(NamedTuple):
@@ -97,36 +97,19 @@ class VariancesOfCurves:
         start = self._mean.copy()
         start[: self._mains] += self._spread[: self._mains]
         start[-2] -= self._spread[-2]
-        last: list[tuple[FloatArray, _Solved | None]] = []
 
-        def solved(theta: FloatArray) -> _Solved | None:
-            if not (last and np.array_equal(last[0][0], theta)):
-                last[:] = [(theta.copy(), self._at(theta))]
-            return last[0][1]
-
-        def criterion(theta: FloatArray) -> tuple[float, FloatArray]:
-            if (at := solved(theta)) is None:
-                return UNSOLVED, np.zeros_like(theta)
+        def at(theta: FloatArray) -> Likelihood:
             z = (theta - self._mean) / self._spread
-            return at.value + float(z @ z), self._slope(at) + 2.0 * z / self._spread
-
-        def curvature(theta: FloatArray) -> FloatArray:
             prior = np.diag(2.0 / self._spread**2)
-            return prior if (at := solved(theta)) is None else prior + self._information(at)
+            if (found := self._at(theta)) is None:
+                return Likelihood(UNSOLVED, np.zeros_like(theta), lambda: prior)
+            return Likelihood(
+                found.value + float(z @ z),
+                self._slope(found) + 2.0 * z / self._spread,
+                lambda: prior + self._information(found),
+            )
 
-        best = minimize(
-            criterion,
-            start,
-            jac=True,
-            hess=curvature,
-            method="trust-exact",
-            options={
-                "initial_trust_radius": FIRST_STEP,
-                "max_trust_radius": LARGEST_STEP,
-                "gtol": LEAST_SLOPE,
-            },
-        )
-        return np.asarray(best.x)
+        return most_likely(at, start, STEPS, LEAST_SLOPE)
 
     def needless(self, theta: FloatArray, among: Collection[int]) -> list[int]:
         """Return the quantities without which the measurements are about as likely; of two that say the same, one stays.

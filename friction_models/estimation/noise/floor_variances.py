@@ -1,0 +1,142 @@
+"""How large the parts of the noise are: restricted maximum likelihood around a flexible mean (Patterson, Thompson, Biometrika 58 (1971)).
+
+The covariance of the bin means of one test is ``s_b^2 1 1' + s_d^2 exp(-|dsd|/l) + diag(s_w^2/n)``: an offset of the test (specimen,
+lubricant), a slow drift along it, and sensor noise.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import expit, logit
+
+from ...loads import FloatArray
+from .layout import Layout, inverse_of_roots
+from .newton import Likelihood, most_likely
+
+#: Natural logarithms of the least and largest: scatter of tests, drift, and noise of a bin of one point, over the scatter of what
+#: the mean leaves; between them, the length of the drift over that of a test.
+LEAST = np.array([-9.0, -9.0, -4.0, -7.0])
+LARGEST = np.array([3.0, 3.0, 2.0, 4.0])
+#: Where the search starts: both standard deviations, and the length. The noise of the bins is seen in the points.
+USUAL = (0.8, 0.3, 0.15)
+#: From smaller parts the search would not come back: their slope is nothing.
+LEAST_START = 0.05
+#: Weight of the prior of the logarithm of the length, which keeps it finite where there is no drift.
+LENGTH_PRIOR = 0.1
+#: First and largest step between the limits (logits), and the slope at which the search ends.
+STEPS, LEAST_SLOPE = (0.5, 2.0), 0.05
+#: Minus the log-likelihood of variances for which rounding leaves no solution.
+UNSOLVED = 1e12
+
+
+class Variances(NamedTuple):
+    """Standard deviations of mu, and the correlation length of the drift [mm]."""
+
+    test: float
+    drift: float
+    length: float
+    bin_sensor: float  #: Of a bin of one point.
+
+
+class VariancesOfFloor:
+    """Finds the variances of bin means `y`, shape (m,), around a mean in the span of the columns `mean`, shape (m, p).
+
+    `scale` is the standard deviation of what the mean leaves. Of fewer than three tests the scatter between them is nothing.
+    """
+
+    def __init__(self, layout: Layout, y: FloatArray, mean: FloatArray, scale: float) -> None:
+        self._layout, self._scale = layout, scale
+        self.known = len(layout.present) >= 3
+        self._drifts = layout.shape[1] > 2
+        longest = [float(g[p].max()) for g, p in zip(layout.gaps, layout.present, strict=True)]
+        self._length = max(float(np.median(longest)), 1e-9)
+        self._stacked = layout.pad(np.column_stack([y, mean]))
+        self._both = np.where(layout.present[:, :, None] & layout.present[:, None, :], 1.0, 0.0)
+        self._gaps = self._both * layout.gaps / self._length
+        self._apart = np.where(self._both > 0.0, self._gaps, np.inf)
+        # New memory for large arrays takes longer than what is computed in them.
+        self._slow, self._S, self._roots, self._P = (np.zeros_like(self._both) for _ in range(4))
+
+    def most_likely(self, noise: float, earlier: Variances | None = None) -> Variances:
+        """Return the variances, from those of an `earlier` estimate, or from the `noise` of a bin of one point."""
+        if earlier is None:
+            start = np.array([*USUAL, max(noise / self._scale, 0.02)])
+        else:
+            units = np.array([self._scale, self._scale, self._length, self._scale])
+            start = np.maximum(np.array(earlier) / units, LEAST_START)
+        share = (np.log(start) - LEAST) / (LARGEST - LEAST)
+        found = most_likely(self._at, logit(np.clip(share, 0.02, 0.98)), STEPS, LEAST_SLOPE)
+        return self._sizes(found)
+
+    def _sizes(self, theta: FloatArray) -> Variances:
+        test, drift, length, sensor = np.exp(LEAST + (LARGEST - LEAST) * expit(theta))
+        return Variances(
+            float(test) * self._scale if self.known else 0.0,
+            float(drift) * self._scale if self._drifts else 0.0,
+            float(length) * self._length,
+            float(sensor) * self._scale,
+        )
+
+    def _at(self, theta: FloatArray) -> Likelihood:
+        """Return minus the restricted log-likelihood of variances between their limits, with that of the prior."""
+        layout, both, slow, S, P = self._layout, self._both, self._slow, self._S, self._P
+        sizes = self._sizes(theta)
+        relative = sizes.length / self._length
+        np.multiply(self._apart, -1.0 / relative, out=slow)
+        np.exp(slow, out=slow)
+        np.multiply(slow, sizes.drift**2, out=slow)
+        # of two tests, too little for what it is: their covariance must stay regular
+        np.multiply(both, max(sizes.test, 1e-4 * self._scale) ** 2, out=S)
+        np.add(S, slow, out=S)
+        white = np.where(layout.present, sizes.bin_sensor**2 * layout.weight, 0.0)
+        index = np.arange(S.shape[1])
+        S[:, index, index] += np.where(layout.present, white, 1.0)
+        try:
+            root = np.linalg.cholesky(S)
+            inverse_of_roots(root, self._roots)
+            np.matmul(np.swapaxes(self._roots, 1, 2), self._roots, out=P)
+            solved = P @ self._stacked
+            gram = np.tensordot(self._stacked, solved, ((0, 1), (0, 1)))
+            inner = np.linalg.cholesky(gram[1:, 1:])
+        except np.linalg.LinAlgError:
+            return Likelihood(UNSOLVED, np.zeros(4), lambda: np.eye(4))
+        covariance = np.linalg.inv(gram[1:, 1:])
+        along = covariance @ gram[1:, 0]
+        rest = float(gram[0, 0] - gram[1:, 0] @ along)
+        log_det = 2.0 * np.sum(np.log(np.einsum("tii->ti", root)))
+        ratio = float(np.log(relative / USUAL[2]))
+        value = 0.5 * (log_det + rest + LENGTH_PRIOR * ratio**2) + np.sum(np.log(np.diag(inner)))
+        towards = solved[:, :, 1:]
+        left = solved[:, :, 0] - towards @ along
+        # what each logarithm of a size changes in the covariance, times what is left of mu
+        by_length = self._gaps * slow
+        changes = [
+            2.0 * sizes.test**2 * (both @ left[:, :, None]),
+            2.0 * (slow @ left[:, :, None]),
+            (by_length @ left[:, :, None]) / relative,
+            2.0 * (white * left)[:, :, None],
+        ]
+        changed = np.concatenate(changes, axis=2)
+        by_mean = np.tensordot(towards, changed, ((0, 1), (0, 1)))
+        # the average of expected and observed curvature (Gilmour, Thompson, Cullis, Biometrics 51 (1995) 1440)
+        curvature = 0.5 * np.tensordot(changed, P @ changed, ((0, 1), (0, 1)))
+        curvature -= 0.5 * by_mean.T @ covariance @ by_mean
+        curvature[2, 2] += LENGTH_PRIOR
+        # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
+        weighed = np.concatenate([towards @ covariance, left[:, :, None]], axis=2)
+        np.matmul(weighed, np.swapaxes(np.concatenate([towards, left[:, :, None]], axis=2), 1, 2), out=S)
+        np.subtract(P, S, out=P)
+        slope = np.array(
+            [
+                sizes.test**2 * float(np.vdot(P, both)),
+                float(np.vdot(P, slow)),
+                0.5 * float(np.vdot(P, by_length)) / relative + LENGTH_PRIOR * ratio,
+                float(np.sum(np.einsum("tii->ti", P) * white)),
+            ]
+        )
+        share = expit(theta)
+        inner_slope = (LARGEST - LEAST) * share * (1.0 - share)
+        curvature *= inner_slope[:, None] * inner_slope
+        return Likelihood(float(value), slope * inner_slope, lambda: curvature)
