@@ -22,11 +22,12 @@ LARGEST = np.array([3.0, 3.0, 2.0, 4.0])
 #: Where the search starts: both standard deviations, and the length. The noise of the bins is seen in the points.
 USUAL = (0.8, 0.3, 0.15)
 #: From smaller parts the search would not come back: their slope is nothing.
-LEAST_START = 0.05
-#: Weight of the prior of the logarithm of the length, which keeps it finite where there is no drift.
-LENGTH_PRIOR = 0.1
+LEAST_START, LEAST_NOISE = 0.05, 0.002
+#: One over the variance of the logarithm of the length, which is about its usual value where little is said of it: a drift that is
+#: longer than its test is an offset.
+LENGTH_PRIOR = 1.0
 #: First and largest step between the limits (logits), and the slope at which the search ends.
-STEPS, LEAST_SLOPE = (0.5, 2.0), 0.05
+STEPS, LEAST_SLOPE = (0.5, 2.0), 0.2
 #: Minus the log-likelihood of variances for which rounding leaves no solution.
 UNSOLVED = 1e12
 
@@ -61,11 +62,12 @@ class VariancesOfFloor:
 
     def most_likely(self, noise: float, earlier: Variances | None = None) -> Variances:
         """Return the variances, from those of an `earlier` estimate, or from the `noise` of a bin of one point."""
+        least = [LEAST_START, LEAST_START, 0.0, LEAST_NOISE]
         if earlier is None:
-            start = np.array([*USUAL, max(noise / self._scale, 0.02)])
+            start = np.array([*USUAL, noise / self._scale])
         else:
-            units = np.array([self._scale, self._scale, self._length, self._scale])
-            start = np.maximum(np.array(earlier) / units, LEAST_START)
+            start = np.array(earlier) / [self._scale, self._scale, self._length, self._scale]
+        start = np.maximum(start, least)
         share = (np.log(start) - LEAST) / (LARGEST - LEAST)
         found = most_likely(self._at, logit(np.clip(share, 0.02, 0.98)), STEPS, LEAST_SLOPE)
         return self._sizes(found)
