@@ -10,7 +10,7 @@ from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.scan import Fit
 from ...estimation.search.structure import StructurePlace
-from ..judge.verdict import Evidence
+from ..judge.verdict import LEVEL, Evidence
 from .findings import TestGroups
 from .repeated_settings import settings_text
 
@@ -180,7 +180,9 @@ def sentence(
     p = evidence.p_value
     if verdict == "explained":
         verb = "is" if len(effects) == 1 else "are"
-        return f"{labels} {verb} missing from {model}: {what} {sure}, p = {p:.3f}."
+        # where the scan is not sure, unseen tests are
+        by = f"p = {p:.3f}" if p < LEVEL else f"by the error on unseen tests (p = {p:.3f})"
+        return f"{labels} {verb} missing from {model}: {what} {sure}, {by}."
     rest = f", along {_along(where)}" if _along(where) else ""
     if verdict == "partly_explained":
         verb, it = ("is", "it") if len(effects) == 1 else ("are", "them")
@@ -233,8 +235,10 @@ def sentence(
             f"({len(factor['group'])} and {factor['others']} tests; the higher one: {first_names(factor['group'])}): a factor that is not "
             f"recorded may set them apart {sure}."
         )
-    if confidence <= 0.5 or hidden:
+    if confidence <= 0.5:
         return f"{NOTHING_SEEN} from {model}, but these tests do not rule it out {sure}."
+    if hidden:
+        return f"{NOTHING_SEEN} from {model}, but an effect that these tests hardly show may be there {sure}."
     if close is not None:
         return (
             f"{NOTHING} from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "

@@ -24,6 +24,7 @@ from ...loads import (
 )
 from ...loads.contract import QUANTITIES, behind
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
+from .clipping import about_clipping
 from .load_noise import without_noise
 from .load_spikes import without_load_spikes
 from .metadata import about_table, metadata_columns
@@ -232,6 +233,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     loads, lone = without_load_spikes(loads, frame["test_id"].to_numpy(dtype=str), warnings)
     measured = check_column(frame["mu"].to_numpy(), MEASURED_MU, "data")
     about_negative(measured, "data")  # refuses the wrong sign
+    warnings += about_clipping(measured, frame["test_id"].to_numpy(dtype=str))
     mu = without_spikes(measured, frame["test_id"], warnings)
     campaign = campaign_of(loads, mu, loads.test_id)
     campaign.spikes = float(np.mean((mu != measured) | lone))

@@ -32,8 +32,9 @@ KNOTS, WAVY_KNOTS = 3, 5
 ORDER_KNOTS = 12
 #: Metadata with so few values are levels, whatever lies between them.
 MOST_LEVELS_APART = 4
-#: Places that are told of a difference of two predictions, and share of it that each must follow.
-MOST_PLACES, LEAST_OF_PLACE = 2, 0.1
+#: Share of a difference of two predictions that each place must follow which is told of it: of the first, and of the second. What is
+#: left beside the first one holds most of the chance, and smaller shares of it lie along loads that say nothing.
+LEAST_OF_PLACES = (0.1, 0.2)
 #: Surfaces that leave less than this share of all numbers free follow anything.
 LEAST_FREE = 0.5
 #: Columns of each of two curves whose products are a surface.
@@ -166,10 +167,10 @@ def places_of(campaign: BinnedTests, difference: FloatArray, metadata: Sequence[
     blocks = _blocks(campaign, metadata)
     whole = max(float(target @ target), 1e-300)
     found: list[StructurePlace] = []
-    while blocks and len(found) < MOST_PLACES:
+    for least in LEAST_OF_PLACES if blocks else ():
         key, fit = _strongest(campaign, blocks, target)
         share = float(fit @ fit) / whole
-        if share <= LEAST_OF_PLACE:
+        if share <= least:
             break
         found.append(_described(campaign, key, fit, share))
         target = target - fit  # what follows one curve is told once, not again along a load that goes with it
