@@ -96,15 +96,22 @@ def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]
 
 def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     """Return warnings about loads that were not measured where the formula of an effect alone says how it changes."""
-    return [
-        f"no test measured {name} between {low:.3g} and {high:.3g}{unit}, and {term.name} changes by {change:.2g} in between: how, only its formula "
-        f"says, and prediction of unseen tests at the same levels cannot tell; a test at about {middle:.2g}{unit} would"
-        for term in fitted.terms
-        for name in dict.fromkeys(term.effect.driver)
-        if name in campaign.varied
-        for unit in [behind(POINT_UNITS[name])]
-        for low, middle, high, change in _gaps(campaign, term, name)
-    ]
+    said = []
+    for term in fitted.terms:
+        for name in dict.fromkeys(term.effect.driver):
+            gaps = _gaps(campaign, term, name) if name in campaign.varied else []
+            if not gaps:
+                continue
+            unit = behind(POINT_UNITS[name])
+            where = ", nor ".join(f"between {low:.3g} and {high:.3g}{unit}" for low, _, high, _ in gaps)
+            changes = " and ".join(f"{change:.2g}" for *_, change in gaps)
+            middles = " and ".join(f"{middle:.2g}" for _, middle, _, _ in gaps)
+            tests = "tests" if len(gaps) > 1 else "a test"
+            said.append(
+                f"no test measured {name} {where}, and {term.name} changes by {changes} in between: how, only its formula says, and "
+                f"prediction of unseen tests at the same levels cannot tell; {tests} at about {middles}{unit} would"
+            )
+    return said
 
 
 def _gaps(campaign: BinnedTests, term: FittedTerm, name: str) -> list[tuple[float, float, float, float]]:

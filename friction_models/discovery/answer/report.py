@@ -18,7 +18,7 @@ from .figures_data import (
 )
 from .findings import Findings, ParameterValue
 from .uncertain_loads import from_loads_text
-from .wording import floor_source, mu_format, p_text
+from .wording import about_next_tests, floor_source, mu_format, p_text
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
@@ -44,6 +44,8 @@ def _next(d: Findings) -> list[str]:
     lines = [
         "What to test next (entropy of the answer that it should remove; standard errors by which it tells two apart)"
     ]
+    if about := about_next_tests(d.verdict):
+        lines.append(f"  ({about})")
     return lines + [
         f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {n['entropy_reduction']:.2f} bits"
         + (f" by {n['tests']} tests" if n["tests"] > 1 else "")

@@ -95,6 +95,19 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
     )
 
 
+def about_next_tests(verdict: str) -> str:
+    """Return for what answer tests are proposed, where that is not the one that is given.
+
+    Examples
+    --------
+    >>> about_next_tests("explained")
+    ''
+    """
+    if verdict != "unknown_structure":
+        return ""
+    return "no effect of the catalogue explains it as the tests stand; these tell whether one does after all, and which"
+
+
 def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
     """Return what identifies a noise floor, in words, beside the effects that are named; empty for files that do not say it.
 

@@ -40,15 +40,19 @@ def testable(
 ) -> tuple[list[Effect], list[str]]:
     """Return the effects whose metadata the campaign holds, and notes on those that it lacks."""
     usable, notes = [], []
+    untested: dict[str, list[str]] = {}
     for effect in effects:
         if effect.name in taken or effect.driver[0] in campaign.absent or _unvaried(effect, campaign):
             continue  # a warning about the load is given already
         reason = _not_tested(effect, campaign)
         if reason is not None:
-            notes.append(f"{effect.name} was not tested: {reason}")
+            untested.setdefault(reason, []).append(effect.name)
             continue
         usable.append(effect)
         notes += [f"{effect.name}: {told}" for m in effect.metadata if (told := recorded(campaign.loads, m))]
+    for reason, names in untested.items():
+        were = "was" if len(names) == 1 else "were"
+        notes.append(f"{', '.join(names)} {were} not tested: {reason}")
     return usable, notes
 
 
@@ -61,13 +65,12 @@ def _unvaried(effect: Effect, campaign: BinnedTests) -> bool:
 def _not_tested(effect: Effect, campaign: BinnedTests) -> str | None:
     """Return why these data cannot say anything about an effect; None where they can."""
     if without := effect.lacking(campaign.absent):
-        return f"it needs {' and '.join(without)}, which the data lack"
+        return f"the data lack {' and '.join(without)}"
     if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
         return "memory needs the time t or the distance sd"
-    if campaign.averaged and len(campaign.tests) > 1 and effect.driver[0] == "sd":
-        return "it shows along a test, and there is one point a test"
-    if effect.needs_state and campaign.averaged:
-        return "memory needs more than one point a test"
+    along = effect.needs_state or (effect.driver[0] == "sd" and len(campaign.tests) > 1)
+    if along and campaign.averaged:
+        return "what happens along a test does not show in one point a test"
     absent = [m for m in effect.metadata if m not in campaign.system]
     reasons = [recorded(campaign.loads, m) or f"the test table holds no numbers in {m}" for m in absent]
     return "; ".join(reasons) or None

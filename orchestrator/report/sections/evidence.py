@@ -9,6 +9,7 @@ from friction_models.discovery.answer.figures_data import setpoints_text, where_
 from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
 from friction_models.discovery.answer.uncertain_loads import from_loads_text
 from friction_models.discovery.answer.wording import (
+    about_next_tests,
     floor_source,
     in_hundred,
     meaning_of_numbers,
@@ -172,4 +173,6 @@ def next_tests_html(found: DiagnosisNumbers) -> str:
         return ""
     headings = ["protocol", "set points", "tells apart", "standard errors", "runs for 3 standard errors", "bits", "tests"]  # fmt: skip
     caption = "Bits: by how much the tests of a row together are expected to reduce the entropy of the answer; the most per test first."
+    if about := about_next_tests(found["verdict"]):
+        caption += f" {about[:1].upper()}{about[1:]}."
     return "<h3>What to test next</h3>" + table(headings, rows, numeric=(3, 4, 5, 6), caption=caption)
