@@ -41,6 +41,19 @@ class Variances(NamedTuple):
     bin_sensor: float  #: Of a bin of one point.
 
 
+class _Solved(NamedTuple):
+    """What variances leave of mu, and what it takes to move them."""
+
+    sizes: Variances
+    white: FloatArray  #: Variances of the bins by themselves, 0 where there is none, shape (tests, slots).
+    #: Change of the covariance with the logarithm of the length, shape (tests, slots, slots).
+    by_length: FloatArray
+    #: Columns of the mean, weighed by the inverse of the covariance, shape (tests, slots, p).
+    towards: FloatArray
+    covariance: FloatArray  #: Of the coefficients of the mean, shape (p, p).
+    left: FloatArray  #: What the mean leaves of mu, weighed, shape (tests, slots, 1).
+
+
 class VariancesOfFloor:
     """Finds the variances of bin means `y`, shape (m,), around a mean in the span of the columns `mean`, shape (m, p).
 
@@ -83,62 +96,78 @@ class VariancesOfFloor:
 
     def _at(self, theta: FloatArray) -> Likelihood:
         """Return minus the restricted log-likelihood of variances between their limits, with that of the prior."""
-        layout, both, slow, S, P = self._layout, self._both, self._slow, self._S, self._P
         sizes = self._sizes(theta)
         relative = sizes.length / self._length
-        np.multiply(self._apart, -1.0 / relative, out=slow)
-        np.exp(slow, out=slow)
-        np.multiply(slow, sizes.drift**2, out=slow)
-        # of two tests, too little for what it is: their covariance must stay regular
-        np.multiply(both, max(sizes.test, 1e-4 * self._scale) ** 2, out=S)
-        np.add(S, slow, out=S)
-        white = np.where(layout.present, sizes.bin_sensor**2 * layout.weight, 0.0)
-        index = np.arange(S.shape[1])
-        S[:, index, index] += np.where(layout.present, white, 1.0)
+        white = self._covariance(sizes, relative)
         try:
-            root = np.linalg.cholesky(S)
+            root = np.linalg.cholesky(self._S)
             inverse_of_roots(root, self._roots)
-            np.matmul(np.swapaxes(self._roots, 1, 2), self._roots, out=P)
-            solved = P @ self._stacked
+            np.matmul(np.swapaxes(self._roots, 1, 2), self._roots, out=self._P)
+            solved = self._P @ self._stacked
             gram = np.tensordot(self._stacked, solved, ((0, 1), (0, 1)))
             inner = np.linalg.cholesky(gram[1:, 1:])
         except np.linalg.LinAlgError:
             return Likelihood(UNSOLVED, np.zeros(4), lambda: np.eye(4))
-        covariance = np.linalg.inv(gram[1:, 1:])
+        covariance = np.asarray(np.linalg.inv(gram[1:, 1:]), dtype=np.float64)
         along = covariance @ gram[1:, 0]
         rest = float(gram[0, 0] - gram[1:, 0] @ along)
         log_det = 2.0 * np.sum(np.log(np.einsum("tii->ti", root)))
         ratio = float(np.log(relative / USUAL[2]))
         value = 0.5 * (log_det + rest + LENGTH_PRIOR * ratio**2) + np.sum(np.log(np.diag(inner)))
         towards = solved[:, :, 1:]
-        left = solved[:, :, 0] - towards @ along
-        # what each logarithm of a size changes in the covariance, times what is left of mu
-        by_length = self._gaps * slow
-        changes = [
-            2.0 * sizes.test**2 * (both @ left[:, :, None]),
-            2.0 * (slow @ left[:, :, None]),
-            (by_length @ left[:, :, None]) / relative,
-            2.0 * (white * left)[:, :, None],
-        ]
-        changed = np.concatenate(changes, axis=2)
-        by_mean = np.tensordot(towards, changed, ((0, 1), (0, 1)))
-        # the average of expected and observed curvature (Gilmour, Thompson, Cullis, Biometrics 51 (1995) 1440)
-        curvature = 0.5 * np.tensordot(changed, P @ changed, ((0, 1), (0, 1)))
-        curvature -= 0.5 * by_mean.T @ covariance @ by_mean
+        left = (solved[:, :, 0] - towards @ along)[:, :, None]
+        solution = _Solved(sizes, white, self._gaps * self._slow / relative, towards, covariance, left)
+        # before the slope, which overwrites the inverse
+        curvature, slope = self._information(solution), self._slope(solution)
         curvature[2, 2] += LENGTH_PRIOR
-        # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
-        weighed = np.concatenate([towards @ covariance, left[:, :, None]], axis=2)
-        np.matmul(weighed, np.swapaxes(np.concatenate([towards, left[:, :, None]], axis=2), 1, 2), out=S)
-        np.subtract(P, S, out=P)
-        slope = np.array(
-            [
-                sizes.test**2 * float(np.vdot(P, both)),
-                float(np.vdot(P, slow)),
-                0.5 * float(np.vdot(P, by_length)) / relative + LENGTH_PRIOR * ratio,
-                float(np.sum(np.einsum("tii->ti", P) * white)),
-            ]
-        )
+        slope[2] += LENGTH_PRIOR * ratio
         share = expit(theta)
         inner_slope = (LARGEST - LEAST) * share * (1.0 - share)
         curvature *= inner_slope[:, None] * inner_slope
         return Likelihood(float(value), slope * inner_slope, lambda: curvature)
+
+    def _covariance(self, sizes: Variances, relative: float) -> FloatArray:
+        """Write the covariance of every test, and its slow part; return the variances of the bins by themselves, shape (tests, slots)."""
+        layout, slow, S = self._layout, self._slow, self._S
+        np.multiply(self._apart, -1.0 / relative, out=slow)
+        np.exp(slow, out=slow)
+        np.multiply(slow, sizes.drift**2, out=slow)
+        # of two tests, too little for what it is: their covariance must stay regular
+        np.multiply(self._both, max(sizes.test, 1e-4 * self._scale) ** 2, out=S)
+        np.add(S, slow, out=S)
+        white: FloatArray = np.where(layout.present, sizes.bin_sensor**2 * layout.weight, 0.0)
+        index = np.arange(S.shape[1])
+        S[:, index, index] += np.where(layout.present, white, 1.0)
+        return white
+
+    def _information(self, at: _Solved) -> FloatArray:
+        """Return the average of expected and observed curvature (Gilmour, Thompson, Cullis, Biometrics 51 (1995) 1440)."""
+        # what each logarithm of a size changes in the covariance, times what is left of mu
+        changed = np.concatenate(
+            [
+                2.0 * at.sizes.test**2 * (self._both @ at.left),
+                2.0 * (self._slow @ at.left),
+                at.by_length @ at.left,
+                2.0 * at.white[:, :, None] * at.left,
+            ],
+            axis=2,
+        )
+        by_mean = np.tensordot(at.towards, changed, ((0, 1), (0, 1)))
+        found = np.tensordot(changed, self._P @ changed, ((0, 1), (0, 1)))
+        return np.asarray(0.5 * (found - by_mean.T @ at.covariance @ by_mean))
+
+    def _slope(self, at: _Solved) -> FloatArray:
+        """Return the gradient; the inverse of the covariance is lost."""
+        P = self._P
+        # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
+        weighed = np.concatenate([at.towards @ at.covariance, at.left], axis=2)
+        np.matmul(weighed, np.swapaxes(np.concatenate([at.towards, at.left], axis=2), 1, 2), out=self._S)
+        np.subtract(P, self._S, out=P)
+        return np.array(
+            [
+                at.sizes.test**2 * float(np.vdot(P, self._both)),
+                float(np.vdot(P, self._slow)),
+                0.5 * float(np.vdot(P, at.by_length)),
+                float(np.sum(np.einsum("tii->ti", P) * at.white)),
+            ]
+        )
