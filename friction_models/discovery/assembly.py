@@ -35,6 +35,7 @@ from .judge.confirmation import EXPLAINED, NAMED, Confirmation
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
 from .judge.level_offset import LevelOffset, level_of
+from .judge.one_test import resting_on_one
 from .judge.unseen_tests import UnseenTests
 from .judge.verdict import LEVEL, Evidence
 
@@ -113,6 +114,7 @@ def assemble(
     unread = _beside_unread_zero(campaign, judged)
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}
+    on_one = resting_on_one(campaign, found, chosen if named else [])
     sure = min(
         sureness(
             campaign,
@@ -123,6 +125,7 @@ def assemble(
             grouped=factor is not None or bool(in_order),
             knows_noise=judged.knows_noise,
             unread=unread,
+            on_one_test=bool(on_one),
         ),
         most,
     )
@@ -133,6 +136,10 @@ def assemble(
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += same_columns(campaign, effects, [f.effect for f in found.ranking])
+    warnings += [
+        f"{name} rests on one test ({test}), which holds more than half of what it explains: look at its record, and repeat it"
+        for name, test in on_one.items()
+    ]
     warnings += [*in_order, *uncertain_drivers(whole[0], fitted.terms)]
     unsure = sure <= EITHER < most and factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)

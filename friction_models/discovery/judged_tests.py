@@ -12,7 +12,7 @@ from ..estimation.campaign.binning import BinnedTests
 from ..estimation.campaign.metadata import NOT_METADATA
 from ..estimation.campaign.own_heat import without_own_heat
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
-from ..estimation.noise.odd_tests import odd_tests, without_tests
+from ..estimation.noise.odd_tests import odd_tests, too_many_text, without_tests
 from ..estimation.search.base_law import BaseLaw, base_law
 from ..estimation.search.search_round import distrust_outliers
 from ..families.registry import make_model
@@ -57,9 +57,11 @@ def without_odd(found: JudgedTests, model: Any, seed: int) -> JudgedTests:
     if found.base.fixed:
         return found
     odd = odd_tests(found.campaign, found.campaign.average(found.base.columns), found.floor)
-    if not odd:
+    if odd.too_many:
+        found.campaign.warnings = [*found.campaign.warnings, too_many_text(odd.too_many)]
+    if not odd.few:
         return found
-    return replace(tests_beside(without_tests(found.measured, odd), model, seed), odd=tuple(odd))
+    return replace(tests_beside(without_tests(found.measured, odd.few), model, seed), odd=tuple(odd.few))
 
 
 def _check_enough(campaign: BinnedTests, base: BaseLaw) -> None:

@@ -21,7 +21,7 @@ def odd_in(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> list[str]:
     """Return the odd tests of a campaign beside a linear base."""
     campaign: BinnedTests = prepare(data, tests)
     floor = NoiseFloor(0.001, SCATTER, 1e-5, 3.0, (0.0, 0.0), 0.001)
-    return odd_tests(campaign, campaign.average(base_law(LinearFriction(), campaign).columns), floor)
+    return odd_tests(campaign, campaign.average(base_law(LinearFriction(), campaign).columns), floor).few
 
 
 def shifted(data: pd.DataFrame, by: dict[str, float]) -> pd.DataFrame:

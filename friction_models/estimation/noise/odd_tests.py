@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,8 +24,12 @@ from .reference import Reference
 BY_CHANCE = 0.01
 #: A median tells a scale as well as this share of so many squares would (normal distribution).
 EFFICIENCY = 0.37
-#: If more than this share of the tests is odd, it is not a matter of single tests.
-MOST_ODD = 0.06
+#: If more than this share of the tests is odd, and more than two of 20, they stay: it may be the law that is odd there. They are told
+#: up to the second share; beyond that, it is no matter of tests.
+MOST_ODD, MOST_TOLD = 0.06, 0.2
+TWO_OF = 20
+#: Of so few tests, two that are wrong bend the curves until a sound one looks odd in their place: the search begins without a fifth, too.
+FEW = 60
 #: With fewer tests no one can say which of them is odd.
 LEAST_TESTS = 12
 #: A test farther beyond the others than this share of the range of a load is out of their reach; nearer, it is only the less certain
@@ -36,8 +41,15 @@ ROUNDS = 6
 LEAST_OF_LEVEL = NEAREST = 8
 
 
-def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | None) -> list[str]:
-    """Return the names of tests whose level no smooth dependence on loads and metadata explains.
+class OddTests(NamedTuple):
+    """Names of tests whose level no smooth dependence on loads and metadata explains."""
+
+    few: list[str]  #: So few that they are left out.
+    too_many: list[str]  #: More than are a matter of single tests: they stay.
+
+
+def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | None) -> OddTests:
+    """Return the tests whose level no smooth dependence on loads and metadata explains.
 
     Odd tests bend the curves that should show them: they hide one another, and their neighbours look odd. So the tests that lie
     farthest off are left out, all are judged by what the others say, and those that lie far off are left out in their place until
@@ -50,17 +62,33 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
     """
     tests = len(campaign.tests)
     if tests < LEAST_TESTS:
-        return []
+        return OddTests([], [])
     y = campaign.average(campaign.mu)
     if floor is None:
         floor = estimate(campaign, Layout.of(campaign), y, columns)
-    reference = Reference(campaign, floor, y)
-    repeats, nearest, levels = _repeats(campaign), _nearest(campaign), _levels(campaign)
+    reference, levels = Reference(campaign, floor, y), _levels(campaign)
+    most = int(max(MOST_ODD * tests, 2.0 if tests >= TWO_OF else 1.0))
+    far = _far(campaign, reference, columns, levels, most)
+    if tests <= FEW:
+        # the same from farther away: what stays hidden, and what is only accused, differs
+        wide = _far(campaign, reference, columns, levels, int(MOST_TOLD * tests))
+        far = wide if wide.sum() <= MOST_TOLD * tests else far
+    odd = [campaign.tests[k] for k in np.flatnonzero(far & _reached(campaign, ~far, levels))]
+    if len(odd) <= most:
+        return OddTests(odd, [])
+    return OddTests([], odd if len(odd) <= MOST_TOLD * tests else [])
+
+
+def _far(
+    campaign: BinnedTests, reference: Reference, columns: FloatArray, levels: list[Indexes], first: int
+) -> Mask:
+    """Return which tests lie far off what the others say, shape (tests,); the `first` that are left out lie farthest off all."""
+    tests = len(campaign.tests)
+    repeats, nearest = _repeats(campaign), _nearest(campaign)
     limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
-    most = int(max(MOST_ODD * tests, 1.0))
     far = np.zeros(tests, dtype=bool)
     of_all = reference.surprise(columns)
-    far[np.argsort(-np.abs(of_all), kind="stable")[:most]] = True
+    far[np.argsort(-np.abs(of_all), kind="stable")[:first]] = True
     for _ in range(ROUNDS):
         off = reference.surprise(columns, far) if far.any() else of_all
         usual = np.maximum.reduce(
@@ -69,8 +97,7 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
         before, far = far, np.abs(off) > limit * usual
         if (far == before).all() or far.sum() > tests // 2:
             break
-    odd = np.flatnonzero(far & _reached(campaign, ~far, levels))
-    return [campaign.tests[k] for k in odd] if len(odd) <= most else []
+    return far
 
 
 def _repeats(campaign: BinnedTests) -> Mask:
@@ -151,3 +178,8 @@ def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
         else (f"{what} far off what all others say and were left out ({told}): look at their records")
     )
     return replace(campaign.part(keep), warnings=[*campaign.warnings, warning], spikes=campaign.spikes)
+
+
+def too_many_text(names: list[str]) -> str:
+    """Return what is said of odd tests that stay."""
+    return f"{len(names)} tests lie far off what all others say, too many to be left out ({first_names(names)}): look at their records"
