@@ -9,7 +9,7 @@ import pytest
 from friction_models import LinearFriction
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.noise.noise_floor import NoiseFloor
-from friction_models.estimation.noise.odd_tests import odd_tests
+from friction_models.estimation.noise.odd_tests import odd_tests, too_many_text
 from friction_models.estimation.search.base_law import base_law
 
 from .estimation_cases import measured
@@ -122,3 +122,26 @@ def test_a_test_somewhat_beyond_all_others_is_odd_and_one_far_beyond_is_not(beyo
     T = data["T"].mask(hottest, others.max() + beyond * (others.max() - others.min()))
     data = data.assign(T=T, mu=data["mu"].where(~hottest, data["mu"] / 3.0))
     assert odd_in(data) == (data.loc[hottest, "test_id"].unique().tolist() if beyond < 0.15 else [])
+
+
+def test_two_wrong_tests_of_few_are_found_and_no_sound_one_is_accused() -> None:
+    """They bend the curves between them: a sound test was left out in their place, or nothing was said."""
+    exact = 0
+    for seed in range(6):
+        data = measured(np.random.default_rng([seed, 77]), tests=24, points=20, between=SCATTER)
+        names = set(np.random.default_rng(seed).permutation(data["test_id"].unique())[:2])
+        data["mu"] *= np.where(data["test_id"].isin(names), 1.5, 1.0)
+        odd = set(odd_in(data))
+        assert odd <= names
+        exact += odd == names
+    assert exact >= 5
+
+
+def test_more_wrong_tests_than_a_matter_of_chance_are_told_and_stay() -> None:
+    data = measured(np.random.default_rng([1, 78]), tests=40, points=10, between=SCATTER)
+    names = set(np.random.default_rng(1).permutation(data["test_id"].unique())[:5])
+    data["mu"] *= np.where(data["test_id"].isin(names), 1.6, 1.0)
+    campaign = prepare(data)
+    found = odd_tests(campaign, campaign.average(base_law(LinearFriction(), campaign).columns), None)
+    assert found.few == [] and set(found.too_many) <= names and len(found.too_many) >= 4
+    assert "tests lie far off" in too_many_text(found.too_many)
