@@ -9,6 +9,7 @@ from typing import Literal
 from ...common import InputError
 from ...common.files import read_json
 from ...common.ranges import check_range, is_number
+from ...common.wording import first_names
 from .diagnosis import VERDICTS
 from .findings import Findings
 from .wording import confidence_text, mu_format
@@ -53,6 +54,10 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
         lines.append(
             f"  The model is another one: {earlier} -> {after.model}. Tests alone did not change this."
         )
+    if gone := _of_other_tests(before, after):
+        lines.append(
+            f"  The earlier answer is of other tests ({first_names(gone)}), none of which are among these: nothing was added to them."
+        )
     row("verdict", str(before["verdict"]), after.verdict)
     row("effects", _names(before["effects"]), _names(after.effects))
     row("not told apart", _names(before["confusion_set"]), _names(after.confusion_set))
@@ -65,6 +70,15 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
             known = f"{old:{f}}" if is_number(old) else "unknown"
             row({"missing": "still missing", "floor": "noise floor"}.get(part, part), known, f"{value:{f}}")
     return "\n".join(lines) + "\n"
+
+
+def _of_other_tests(before: Mapping[str, object], after: Findings) -> list[str]:
+    """Return the tests that an earlier diagnosis names, where none of them is among those of this one."""
+    worst = before.get("worst_tests")
+    if not isinstance(worst, list) or "test_id" not in after.averages:
+        return []
+    named = [str(w["test_id"]) for w in worst if isinstance(w, Mapping) and "test_id" in w]
+    return [] if {*named} & {*after.averages["test_id"].astype(str)} else named
 
 
 def _names(names: object) -> str:

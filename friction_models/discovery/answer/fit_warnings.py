@@ -8,6 +8,7 @@ from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.parameters import FittedTerm, FittedTerms
 from ...estimation.noise.reference_variances import STRONG
+from ...estimation.search.law_signs import turning_point
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
 from ...loads.contract import ORDER, behind
@@ -25,10 +26,12 @@ SIDE = 3
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     """Return warnings about parameters at bounds and at the end of the search, pairs that the data tie to each other, and sizes that are not known."""
     at_bounds = [
-        f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}, the bound of what is allowed: the law may have another form, and "
+        f"{term.name}: the fit drives {shape.name} to {bound:.4g}, the bound of what is allowed: the law may have another form, and "
         "the intervals of its parameters hold for this value only"
         for term in fitted.terms
-        for name in term.at_bounds
+        for shape in term.effect.shapes
+        if shape.name in term.at_bounds
+        for bound in [min(shape.lower, shape.upper, key=lambda b: abs(b - term.shape[shape.name]))]
     ]
     at_limits = [
         f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}{behind(shape.unit)}, as far as it is sought for these tests "
@@ -70,7 +73,8 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         "column of the test table"
         for name, place in jumps_in_order(campaign, fitted).items()
     ]
-    return at_bounds + at_limits + tied + opposed + faults + unsized + jumps + _between(campaign, fitted)
+    known = at_bounds + at_limits + tied + opposed + faults + unsized + jumps
+    return [*known, *_turning(campaign, fitted), *_between(campaign, fitted)]
 
 
 def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]:
@@ -92,6 +96,24 @@ def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]
             size = float(level[k:].mean() - level[:k].mean())
             found[term.name] = f"by {size:+.2g} between {before} and {after}"
     return found
+
+
+def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
+    """Return warnings about laws that turn along the load of an effect, which goes one way."""
+    base = campaign.average(campaign.mu) - fitted.residual - np.sum([t.binned for t in fitted.terms], axis=0)
+    said = []
+    for term in fitted.terms:
+        name, *others = term.effect.driver
+        if others or name not in campaign.varied or term.effect.needs_state:
+            continue
+        if (turn := turning_point(campaign, name, base, term.binned)) is not None:
+            falls = np.corrcoef(transformed(campaign, name), term.binned)[0, 1] < 0.0
+            way, other, least = ("falls", "rises", "lowest") if falls else ("rises", "falls", "highest")
+            said.append(
+                f"{term.name} {way} with {name}, and the model beside it {other}: together mu is {least} at about "
+                f"{turn:.2g}{behind(POINT_UNITS[name])}"
+            )
+    return said
 
 
 def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

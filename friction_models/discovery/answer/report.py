@@ -18,7 +18,7 @@ from .figures_data import (
 )
 from .findings import Findings, ParameterValue
 from .uncertain_loads import from_loads_text
-from .wording import about_next_tests, floor_source, mu_format, p_text
+from .wording import about_next_tests, floor_source, mu_format, p_text, parts_of_floor
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
@@ -59,12 +59,11 @@ def _budget(d: Findings) -> list[str]:
     low, high = floor["interval"]
     after = math.hypot(budget["floor"], budget["missing"])
     before = math.hypot(after, budget["explained"])
-    f = mu_format(before)
+    f, parts = mu_format(before), parts_of_floor(floor)
     lines = [
         f"Error budget of the {d.model} model (rms of mu in the averages, divided as whole unseen tests show it)",
         f"  before        {before:{f}}",
-        f"  noise floor   {budget['floor']:{f}}   (95 %: {low:{f}} to {high:{f}}; test scatter {floor['test']:{f}}, "
-        f"drift {floor['drift']:{f}}, sensor {floor['sensor']:{f}})",
+        f"  noise floor   {budget['floor']:{f}}   (95 %: {low:{f}} to {high:{f}}{f'; {parts}' if parts else ''})",
     ]
     if source := floor_source(floor, d.effects):
         lines.append(f"                ({source})")

@@ -102,7 +102,7 @@ def about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
     said = []
     if (off := campaign.distrusted) is not None:
         said.append(
-            f"{int(off.sum())} of {len(off)} averages lie far off the rest of their test and carry no weight"
+            f"{int(off.sum())} of {len(off)} averages lie far off the rest of their test: the fit gives them no weight, budget and noise floor count them"
         )
     if blurred(campaign, found):
         said.append(

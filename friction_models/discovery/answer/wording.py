@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from ...common.wording import first_names
@@ -19,6 +20,8 @@ NOTHING = "nothing is missing"
 NOTHING_SEEN = "nothing can be seen to be missing"
 #: What a sentence about tests begins with that do not drift, but jump.
 JUMP = "the levels of the tests jump"
+#: Parts of a noise floor add up to it to this share; the noise of a sensor averages out in part, by how much depends on the points.
+ADDS_UP = 0.75
 #: Numbers of mu below this are printed by their significant digits.
 SMALL_MU = 1e-4
 
@@ -93,6 +96,27 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
         f"Two numbers, two questions. Is anything missing? p {'' if p < 0.001 else '= '}{p_text(p)}: if nothing were, chance alone would make "
         f"some effect look this good in {'less than 0.1' if p < 0.001 else f'{100 * p:.2g}'} % of data sets. Is this the right answer? {sure}"
     )
+
+
+def parts_of_floor(floor: NoiseFloorNumbers) -> str:
+    """Return the parts of a noise floor in words; empty where they do not add up to it.
+
+    They were estimated beside the effect that leads, and the total by unseen tests: averages that carry no weight, and what a
+    formula misses, are in the one only.
+
+    Examples
+    --------
+    >>> found = {"sensor": 0.002, "test": 0.003, "drift": 0.0, "total": 0.0032, "interval": [0.003, 0.005]}
+    >>> parts_of_floor(found)
+    'test scatter 0.00300, drift 0.00000, sensor 0.00200'
+    >>> parts_of_floor({**found, "total": 0.0071})
+    ''
+    """
+    apart, sensor, total = math.hypot(floor["test"], floor["drift"]), floor["sensor"], floor["total"]
+    if not (ADDS_UP * apart <= total and ADDS_UP * total <= math.hypot(apart, sensor)):
+        return ""
+    f = mu_format(total)
+    return f"test scatter {floor['test']:{f}}, drift {floor['drift']:{f}}, sensor {sensor:{f}}"
 
 
 def about_next_tests(verdict: str) -> str:
@@ -251,7 +275,7 @@ def sentence(
     if confidence <= 0.5:
         return f"{NOTHING_SEEN} from {model}, but these tests do not rule it out {sure}."
     if hidden:
-        return f"{NOTHING_SEEN} from {model}, but an effect that these tests hardly show may be there {sure}."
+        return f"{NOTHING_SEEN} from {model} {sure}; an effect that these tests hardly show may be there all the same."
     if close is not None:
         return (
             f"{NOTHING} from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "

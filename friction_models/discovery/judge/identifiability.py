@@ -14,6 +14,7 @@ from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.campaign.factors import factors_like, same_levels
 from ...estimation.campaign.metadata import levels_text
+from ...estimation.campaign.settings import in_units
 from ...estimation.noise.noise_floor import sensor_noise
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.unseen_loads import WITHIN, within_share
@@ -117,7 +118,17 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
 def one_load(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     """Return the loads with which one that drives an effect rises or falls, between and along tests; another driver, too."""
     own = [n for n in campaign.varied if n in drivers]
-    return [b for b in campaign.varied if any(a != b and _are_one(campaign, a, b) for a in own)]
+    return [
+        b
+        for b in campaign.varied
+        if _changes(campaign, b) and any(a != b and _are_one(campaign, a, b) for a in own)
+    ]
+
+
+def _changes(campaign: BinnedTests, name: str) -> bool:
+    """Return whether a load changes by more than counts as the same setting: less of it sets nothing apart."""
+    values = campaign.average(getattr(campaign.loads, name))
+    return float(np.ptp(in_units(name, values, 0.0))) > 1.0
 
 
 def one_cause(campaign: BinnedTests, drivers: Sequence[str], others: Sequence[str]) -> bool:

@@ -28,6 +28,7 @@ from .clipping import about_clipping
 from .load_noise import without_noise
 from .load_spikes import without_load_spikes
 from .metadata import about_table, metadata_columns
+from .mixed_units import about_units
 from .settings import HELD, setting_of_tests, varies
 
 #: Share of what a load changes along the tests by which its means must differ from test to test to set them apart.
@@ -238,6 +239,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     campaign = campaign_of(loads, mu, loads.test_id)
     campaign.spikes = float(np.mean((mu != measured) | lone))
     campaign.system = metadata_columns(loads)
+    warnings += about_units(loads, campaign.point_starts, campaign.tests)
     campaign.warnings = warnings + _remarks(campaign)
     return campaign
 

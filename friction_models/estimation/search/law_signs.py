@@ -21,6 +21,8 @@ OWN_WAY = 0.15
 #: names of two authors that were right none lies within the limits (the nearest of those that were the answer went their way for 72 %);
 #: of 15 curves that no effect has, humps, valleys, flat and then rising, that were given a name of one load, 14 do.
 ANSWER, ONE_OF_SEVERAL = ((1.0, OWN_WAY), (1.4, 0.7)), ((1.0, OWN_WAY), (2.5, 0.5))
+#: Share of all ups and downs of a law that must run against a term of it for the law to turn.
+AGAINST = 0.15
 #: Ranges of the load over which ups and downs are counted.
 RANGES = 25
 
@@ -78,6 +80,19 @@ def imitates(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArra
     cancelled = np.ptp(own) / max(float(np.ptp(whole)), 1e-300)
     limits = ANSWER if sure else ONE_OF_SEVERAL
     return any(cancelled > times and right < share * ways for times, share in limits)
+
+
+def turning_point(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray) -> float | None:
+    """Return the value of a load at which base and term together turn; None where they go one way. Both in the bins, shape (m,)."""
+    place, columns = _by_range(campaign, name, term[:, None])
+    own = columns[:, 0]
+    whole = _slopes(campaign, name, base) * place + own
+    right, ways = _ways(whole, own)
+    turn = int(np.argmin(whole) if own[-1] < own[0] else np.argmax(whole))
+    if right >= (1.0 - AGAINST) * ways or turn in (0, len(whole) - 1):
+        return None
+    values = campaign.average(getattr(campaign.loads, name))
+    return float(_by_range(campaign, name, values[:, None])[1][turn, 0])
 
 
 def _ways(whole: FloatArray, term: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -15,6 +15,7 @@ from friction_models.discovery.answer.wording import (
     meaning_of_numbers,
     mu_format,
     p_text,
+    parts_of_floor,
 )
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.judge.verdict import LEVEL
@@ -76,13 +77,13 @@ def budget_html(found: DiagnosisNumbers) -> str:
     floor, explained, missing = (found["error_budget"][k] or 0.0 for k in ("floor", "explained", "missing"))
     f = mu_format((floor**2 + explained**2 + missing**2) ** 0.5, 4)
     interval = f" (95 % interval {low:{f}} to {high:{f}})" if low is not None and high is not None else ""
+    parts = parts_of_floor(noise)
     chart = figure(
         "budget",
         budget_chart(floor, explained, missing, bool(named)),
         f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: {noise['total']:{f}}"
         f"{interval}{'; ' if source else ''}{source}. "
-        f"In the records: scatter between tests {noise['test']:{f}}, drift within a test {noise['drift']:{f}}, sensor "
-        f"{noise['sensor']:{f}} a point.",
+        f"{f'In the records: {parts}.' if parts else ''}",
         "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
 

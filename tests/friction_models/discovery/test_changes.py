@@ -25,7 +25,9 @@ def test_more_tests_settle_what_few_could_not_and_the_text_says_so(tmp_path: Pat
     assert f"verdict         {before.verdict} -> {after.verdict}" in text or before.verdict == after.verdict
     assert "wear_out" in text and "noise floor" in text
     unchanged = changes_text(after.to_dict(), after)
-    assert "(unchanged)" in unchanged and "another one" not in unchanged
+    assert "(unchanged)" in unchanged and "another one" not in unchanged and "other tests" not in unchanged
+    elsewhere = [{**w, "test_id": f"other-{k}"} for k, w in enumerate(after.worst_tests)]
+    assert "other tests (other-0, " in changes_text({**after.to_dict(), "worst_tests": elsewhere}, after)
     other = changes_text({**after.to_dict(), "model": "constant"}, after)
     assert "another one: constant -> linear" in other
 
