@@ -100,6 +100,8 @@ def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     """Return warnings about laws that turn along the load of an effect, which goes one way."""
+    if not fitted.terms:
+        return []
     base = campaign.average(campaign.mu) - fitted.residual - np.sum([t.binned for t in fitted.terms], axis=0)
     said = []
     for term in fitted.terms:

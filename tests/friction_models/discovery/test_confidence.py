@@ -83,7 +83,17 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
     campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests))
     found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01))
     kept = Confirmation("nothing_missing")
-    said = sureness(campaign, found, kept, grounds, off=None, grouped=False, knows_noise=False, unread=False)
+    said = sureness(
+        campaign,
+        found,
+        kept,
+        grounds,
+        off=None,
+        grouped=False,
+        knows_noise=False,
+        unread=False,
+        on_one_test=False,
+    )
     assert (said > 0.9) is sure and (sure or said <= 0.5)
 
 

@@ -32,7 +32,7 @@ def _diagnosed(along_pressure: str) -> Diagnosis:
     level = dict(zip(data["test_id"].unique(), rng.normal(0.0, 0.002, 40), strict=True))
     mu = 0.09 + 0.09 / (1.0 + (data["T"] / 70.0) ** 2) + data["test_id"].map(level)
     if along_pressure == "arch":
-        mu = mu - 0.1 * (np.log10(data["sigma_n"] / LEAST) - 0.6) ** 2
+        mu = mu - 0.08 * (np.log10(data["sigma_n"] / LEAST) - 0.6) ** 2
     else:
         mu = mu - 0.02 * LEAST / data["sigma_n"]
     return diagnose(data.assign(mu=mu + rng.normal(0.0, 0.001, len(data))), catalogue=CATALOGUE)
