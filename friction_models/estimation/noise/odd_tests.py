@@ -28,7 +28,7 @@ EFFICIENCY = 0.37
 #: up to the second share; beyond that, it is no matter of tests.
 MOST_ODD, MOST_TOLD = 0.06, 0.2
 TWO_OF = 20
-#: Of so few tests, two that are wrong bend the curves until a sound one looks odd in their place: the search begins without a fifth, too.
+#: Of so few tests, two that are wrong bend the curves until a sound one looks odd in their place: the search begins without as many as are told.
 FEW = 60
 #: With fewer tests no one can say which of them is odd.
 LEAST_TESTS = 12
@@ -68,27 +68,34 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
         floor = estimate(campaign, Layout.of(campaign), y, columns)
     reference, levels = Reference(campaign, floor, y), _levels(campaign)
     most = int(max(MOST_ODD * tests, 2.0 if tests >= TWO_OF else 1.0))
-    far = _far(campaign, reference, columns, levels, most)
-    if tests <= FEW:
-        # the same from farther away: what stays hidden, and what is only accused, differs
-        wide = _far(campaign, reference, columns, levels, int(MOST_TOLD * tests))
-        far = wide if wide.sum() <= MOST_TOLD * tests else far
+    off = reference.surprise(columns)
+    told = int(MOST_TOLD * tests)
+    far = _far(campaign, reference, columns, levels, off, told if tests <= FEW else most)
+    if far.sum() > told:
+        far = _far(campaign, reference, columns, levels, off, most)
     odd = [campaign.tests[k] for k in np.flatnonzero(far & _reached(campaign, ~far, levels))]
     if len(odd) <= most:
         return OddTests(odd, [])
-    return OddTests([], odd if len(odd) <= MOST_TOLD * tests else [])
+    return OddTests([], odd if len(odd) <= told else [])
 
 
 def _far(
-    campaign: BinnedTests, reference: Reference, columns: FloatArray, levels: list[Indexes], first: int
+    campaign: BinnedTests,
+    reference: Reference,
+    columns: FloatArray,
+    levels: list[Indexes],
+    off: FloatArray,
+    first: int,
 ) -> Mask:
-    """Return which tests lie far off what the others say, shape (tests,); the `first` that are left out lie farthest off all."""
+    """Return which tests lie far off what the others say, shape (tests,).
+
+    As many as `first` that lie farthest `off` what all say, shape (tests,), are left out to begin with.
+    """
     tests = len(campaign.tests)
     repeats, nearest = _repeats(campaign), _nearest(campaign)
     limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
-    far = np.zeros(tests, dtype=bool)
-    of_all = reference.surprise(columns)
-    far[np.argsort(-np.abs(of_all), kind="stable")[:first]] = True
+    of_all, far = off, np.zeros(tests, dtype=bool)
+    far[np.argsort(-np.abs(off), kind="stable")[:first]] = True
     for _ in range(ROUNDS):
         off = reference.surprise(columns, far) if far.any() else of_all
         usual = np.maximum.reduce(
