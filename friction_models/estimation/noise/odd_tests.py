@@ -70,13 +70,19 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
     most = int(max(MOST_ODD * tests, 2.0 if tests >= TWO_OF else 1.0))
     off = reference.surprise(columns)
     told = int(MOST_TOLD * tests)
-    far = _far(campaign, reference, columns, levels, off, told if tests <= FEW else most)
-    if far.sum() > told:
-        far = _far(campaign, reference, columns, levels, off, most)
-    odd = [campaign.tests[k] for k in np.flatnonzero(far & _reached(campaign, ~far, levels))]
-    if len(odd) <= most:
-        return OddTests(odd, [])
-    return OddTests([], odd if len(odd) <= told else [])
+
+    def odd(first: int) -> set[int]:
+        far = _far(campaign, reference, columns, levels, off, first)
+        return set(np.flatnonzero(far & _reached(campaign, ~far, levels)).tolist())
+
+    all_odd = few = odd(told if tests <= FEW else most)
+    if len(all_odd) > most:
+        # of many, those that lie off also where fewer are left out to begin with are a matter of single tests
+        nearest = odd(most)
+        few = nearest if len(nearest) <= most and (nearest <= all_odd or len(all_odd) > told) else set()
+    names = campaign.tests
+    many = sorted(all_odd - few) if len(all_odd) <= told else []
+    return OddTests([names[k] for k in sorted(few)], [names[k] for k in many])
 
 
 def _far(
