@@ -76,10 +76,10 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
         return set(np.flatnonzero(far & _reached(campaign, ~far, levels)).tolist())
 
     all_odd = few = odd(told if tests <= FEW else most)
-    if len(all_odd) > most:
+    if not 0 < len(all_odd) <= most:
         # of many, those that lie off also where fewer are left out to begin with are a matter of single tests
-        nearest = odd(most)
-        few = nearest if len(nearest) <= most and (nearest <= all_odd or len(all_odd) > told) else set()
+        nearest, clear = odd(most), 0 < len(all_odd) <= told
+        few = nearest if len(nearest) <= most and (nearest <= all_odd or not clear) else set()
     names = campaign.tests
     many = sorted(all_odd - few) if len(all_odd) <= told else []
     return OddTests([names[k] for k in sorted(few)], [names[k] for k in many])
