@@ -75,8 +75,10 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
         far = _far(campaign, reference, columns, levels, off, first)
         return set(np.flatnonzero(far & _reached(campaign, ~far, levels)).tolist())
 
-    all_odd = few = odd(told if tests <= FEW else most)
-    if not 0 < len(all_odd) <= most:
+    first = told if tests <= FEW else most
+    all_odd = odd(first)
+    few = all_odd if len(all_odd) <= most else set()
+    if first != most and not 0 < len(all_odd) <= most:
         # of many, those that lie off also where fewer are left out to begin with are a matter of single tests
         nearest, clear = odd(most), 0 < len(all_odd) <= told
         few = nearest if len(nearest) <= most and (nearest <= all_odd or not clear) else set()
