@@ -57,11 +57,13 @@ def without_odd(found: JudgedTests, model: Any, seed: int) -> JudgedTests:
     if found.base.fixed:
         return found
     odd = odd_tests(found.campaign, found.campaign.average(found.base.columns), found.floor)
+    judged = found
+    if odd.few:
+        left = without_tests(found.measured, odd.few)
+        judged = replace(tests_beside(left, model, seed), odd=tuple(odd.few))
     if odd.too_many:
-        found.campaign.warnings = [*found.campaign.warnings, too_many_text(odd.too_many)]
-    if not odd.few:
-        return found
-    return replace(tests_beside(without_tests(found.measured, odd.few), model, seed), odd=tuple(odd.few))
+        judged.campaign.warnings = [*judged.campaign.warnings, too_many_text(odd.too_many)]
+    return judged
 
 
 def _check_enough(campaign: BinnedTests, base: BaseLaw) -> None:

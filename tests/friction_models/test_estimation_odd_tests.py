@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from friction_models import LinearFriction
+from friction_models.discovery import judged_tests
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.noise.noise_floor import NoiseFloor
-from friction_models.estimation.noise.odd_tests import odd_tests, too_many_text
+from friction_models.estimation.noise.odd_tests import OddTests, odd_tests, too_many_text
 from friction_models.estimation.search.base_law import base_law
 
 from .estimation_cases import measured
@@ -146,3 +149,15 @@ def test_more_wrong_tests_than_a_matter_of_chance_are_told_and_stay() -> None:
     assert {*found.few, *found.too_many} <= names and len(found.few) <= 2
     assert len(found.few) + len(found.too_many) >= 4
     assert "tests lie far off" in too_many_text(found.too_many)
+
+
+def test_odd_tests_that_stay_are_told_also_where_others_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = prepare(measured(np.random.default_rng(1), tests=24, points=6, between=SCATTER))
+    monkeypatch.setattr(judged_tests, "odd_tests", lambda *_: OddTests(["t003"], ["t005", "t007", "t011"]))
+    # where the heat of their own friction is taken off, tests are searched in a copy
+    monkeypatch.setattr(judged_tests, "without_own_heat", replace)
+    found = judged_tests.tests_beside(campaign, "linear", 0)
+    judged = judged_tests.without_odd(found, "linear", 0)
+    assert judged.odd == ("t003",) and "t003" not in judged.campaign.tests and "t005" in judged.campaign.tests
+    assert sum("(t003)" in w for w in judged.campaign.warnings) == 1
+    assert sum("(t005, t007, t011)" in w for w in judged.campaign.warnings) == 1
