@@ -102,8 +102,7 @@ def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     """Return warnings about laws that turn along the load of an effect, which goes one way."""
     if not fitted.terms:
         return []
-    base = campaign.average(campaign.mu) - fitted.residual - np.sum([t.binned for t in fitted.terms], axis=0)
-    said = []
+    base, said = fitted.base(campaign), []
     for term in fitted.terms:
         name, *others = term.effect.driver
         if others or name not in campaign.varied or term.effect.needs_state:

@@ -202,11 +202,7 @@ class UnseenTestsJudge:
             for t in fitted.terms
             if all(t.intervals[a][0] <= 0.0 <= t.intervals[a][1] for a in t.amplitudes)
         } & sharing
-        base = (
-            self.campaign.average(self.campaign.mu)
-            - fitted.residual
-            - np.sum([t.binned for t in fitted.terms], axis=0)
-        )
+        base = fitted.base(self.campaign)
         imitating = {
             t.name
             for t in fitted.terms

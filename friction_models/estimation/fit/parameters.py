@@ -70,6 +70,11 @@ class FittedTerms:
     #: Pairs of parameters, as ``effect.parameter``, that are tied by more than `TIED`, the strongest first.
     correlations: list[tuple[str, str, float]]
 
+    def base(self, campaign: BinnedTests) -> FloatArray:
+        """Return what the law alone, without the effects, has of measured mu in the bins, shape (m,)."""
+        effects = np.sum([t.binned for t in self.terms], axis=0)
+        return np.asarray(campaign.average(campaign.mu) - self.residual - effects)
+
 
 def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> FittedTerms:
     """Fit a law together with effects, as `refine` does, and return the effects with intervals.

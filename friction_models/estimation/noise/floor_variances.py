@@ -13,7 +13,7 @@ from scipy.special import expit, logit
 
 from ...loads import FloatArray
 from .layout import Layout, inverse_of_roots
-from .newton import Likelihood, most_likely
+from .newton import UNSOLVED, Likelihood, most_likely
 
 #: Natural logarithms of the least and largest: scatter of tests, drift, and noise of a bin of one point, over the scatter of what
 #: the mean leaves; between them, the length of the drift over that of a test.
@@ -28,8 +28,6 @@ LEAST_START, LEAST_NOISE = 0.05, 0.002
 LENGTH_PRIOR = 1.0
 #: First and largest step between the limits (logits), and the slope at which the search ends.
 STEPS, LEAST_SLOPE = (0.5, 2.0), 0.2
-#: Minus the log-likelihood of variances for which rounding leaves no solution.
-UNSOLVED = 1e12
 
 
 class Variances(NamedTuple):

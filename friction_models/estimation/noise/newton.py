@@ -10,6 +10,9 @@ from scipy.optimize import minimize
 
 from ...loads import FloatArray
 
+#: Value of parameters for which rounding leaves no solution.
+UNSOLVED = 1e12
+
 
 class Likelihood(NamedTuple):
     """What parameters, shape (k,), are worth: the smaller, the likelier."""

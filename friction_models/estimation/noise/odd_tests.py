@@ -66,53 +66,50 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
     y = campaign.average(campaign.mu)
     if floor is None:
         floor = estimate(campaign, Layout.of(campaign), y, columns)
-    reference, levels = Reference(campaign, floor, y), _levels(campaign)
+    search = _Search(campaign, Reference(campaign, floor, y), columns)
     most = int(max(MOST_ODD * tests, 2.0 if tests >= TWO_OF else 1.0))
-    off = reference.surprise(columns)
     told = int(MOST_TOLD * tests)
-
-    def odd(first: int) -> set[int]:
-        far = _far(campaign, reference, columns, levels, off, first)
-        return set(np.flatnonzero(far & _reached(campaign, ~far, levels)).tolist())
-
     first = told if tests <= FEW else most
-    all_odd = odd(first)
+    all_odd = search.odd(first)
     few = all_odd if len(all_odd) <= most else set()
     if first != most and not 0 < len(all_odd) <= most:
         # of many, those that lie off also where fewer are left out to begin with are a matter of single tests
-        nearest, clear = odd(most), 0 < len(all_odd) <= told
+        nearest, clear = search.odd(most), 0 < len(all_odd) <= told
         few = nearest if len(nearest) <= most and (nearest <= all_odd or not clear) else set()
     names = campaign.tests
     many = sorted(all_odd - few) if len(all_odd) <= told else []
     return OddTests([names[k] for k in sorted(few)], [names[k] for k in many])
 
 
-def _far(
-    campaign: BinnedTests,
-    reference: Reference,
-    columns: FloatArray,
-    levels: list[Indexes],
-    off: FloatArray,
-    first: int,
-) -> Mask:
-    """Return which tests lie far off what the others say, shape (tests,).
+class _Search:
+    """Looks for odd tests beside the `columns` of a base, shape (m, p)."""
 
-    As many as `first` that lie farthest `off` what all say, shape (tests,), are left out to begin with.
-    """
-    tests = len(campaign.tests)
-    repeats, nearest = _repeats(campaign), _nearest(campaign)
-    limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
-    of_all, far = off, np.zeros(tests, dtype=bool)
-    far[np.argsort(-np.abs(off), kind="stable")[:first]] = True
-    for _ in range(ROUNDS):
-        off = reference.surprise(columns, far) if far.any() else of_all
-        usual = np.maximum.reduce(
-            [np.ones(tests), _of_the_others(off, repeats), _around(off, nearest), *_of_levels(off, levels)]
-        )
-        before, far = far, np.abs(off) > limit * usual
-        if (far == before).all() or far.sum() > tests // 2:
-            break
-    return far
+    def __init__(self, campaign: BinnedTests, reference: Reference, columns: FloatArray) -> None:
+        self._campaign, self._reference, self._columns = campaign, reference, columns
+        self._repeats, self._nearest, self._levels = _repeats(campaign), _nearest(campaign), _levels(campaign)
+        tests = len(campaign.tests)
+        self._limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
+        self._of_all = reference.surprise(columns)
+
+    def odd(self, first: int) -> set[int]:
+        """Return the odd tests; as many as `first` that lie farthest off what all say are left out to begin with."""
+        far = np.zeros(len(self._of_all), dtype=bool)
+        far[np.argsort(-np.abs(self._of_all), kind="stable")[:first]] = True
+        for _ in range(ROUNDS):
+            off = self._reference.surprise(self._columns, far) if far.any() else self._of_all
+            before, far = far, np.abs(off) > self._limit * self._usual(off)
+            if (far == before).all() or far.sum() > len(far) // 2:
+                break
+        return set(np.flatnonzero(far & _reached(self._campaign, ~far, self._levels)).tolist())
+
+    def _usual(self, off: FloatArray) -> FloatArray:
+        """Return how far tests like each one lie off."""
+        scatter = [
+            _of_the_others(off, self._repeats),
+            _around(off, self._nearest),
+            *_of_levels(off, self._levels),
+        ]
+        return np.asarray(np.maximum.reduce([np.ones(len(off)), *scatter]))
 
 
 def _repeats(campaign: BinnedTests) -> Mask:

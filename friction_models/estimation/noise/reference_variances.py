@@ -16,7 +16,7 @@ from scipy.linalg import block_diag
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri, dtrtrs
 
 from ...loads import FloatArray
-from .newton import Likelihood, most_likely
+from .newton import UNSOLVED, Likelihood, most_likely
 from .reference_curves import Curves
 
 #: Prior of the natural logarithm of the variances, mean and spread: of curves and offsets over the variance of mu; of
@@ -26,8 +26,6 @@ PRIOR = {"curve": (-3.0, 2.0), "product": (-0.5, 2.0), "offset": (-1.0, 2.0), "n
 STRONG = 6.0
 #: Logarithm of a variance that is nothing.
 NOTHING = -40.0
-#: Minus twice the log-likelihood of variances for which rounding leaves no solution.
-UNSOLVED = 1e12
 #: First and largest step of the search for them, and the slope at which it ends.
 STEPS, LEAST_SLOPE = (2.0, 8.0), 0.1
 

@@ -73,9 +73,7 @@ def imitates(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArra
     It changes mu by more than both together, and these go the other way: for a good part where the answer is `sure` of its name, for
     most where it is one of several.
     """
-    place, columns = _by_range(campaign, name, term[:, None])
-    own = columns[:, 0]
-    whole = _slopes(campaign, name, base) * place + own
+    whole, own = _along(campaign, name, base, term)
     right, ways = _ways(whole, own)
     cancelled = np.ptp(own) / max(float(np.ptp(whole)), 1e-300)
     limits = ANSWER if sure else ONE_OF_SEVERAL
@@ -84,15 +82,22 @@ def imitates(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArra
 
 def turning_point(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray) -> float | None:
     """Return the value of a load at which base and term together turn; None where they go one way. Both in the bins, shape (m,)."""
-    place, columns = _by_range(campaign, name, term[:, None])
-    own = columns[:, 0]
-    whole = _slopes(campaign, name, base) * place + own
+    whole, own = _along(campaign, name, base, term)
     right, ways = _ways(whole, own)
     turn = int(np.argmin(whole) if own[-1] < own[0] else np.argmax(whole))
     if right >= (1.0 - AGAINST) * ways or turn in (0, len(whole) - 1):
         return None
     values = campaign.average(getattr(campaign.loads, name))
     return float(_by_range(campaign, name, values[:, None])[1][turn, 0])
+
+
+def _along(
+    campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return base and term together, and the term alone, in the ranges of a load."""
+    place, columns = _by_range(campaign, name, term[:, None])
+    own = columns[:, 0]
+    return _slopes(campaign, name, base) * place + own, own
 
 
 def _ways(whole: FloatArray, term: FloatArray) -> tuple[FloatArray, FloatArray]:
