@@ -98,15 +98,18 @@ def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range,
     assert np.mean(found, axis=0) == pytest.approx([-0.004, 0.008, -0.004], abs=0.002)
 
 
-def test_oils_that_all_differ_are_named_with_sixteen_tests() -> None:
+@pytest.mark.parametrize(
+    ("seeds", "least"), [(range(4), 3), pytest.param(range(8), 5, marks=pytest.mark.nightly)]
+)
+def test_oils_that_all_differ_are_named_with_sixteen_tests(seeds: range, least: int) -> None:
     # no oil stands apart from all others; the spread of the four is six times the scatter from test to test
     named = 0
-    for seed in range(8):
+    for seed in seeds:
         data, tests = campaign(seed, 16)
         tests["oil"] = [f"oil {'ABCD'[k // 2 % 4]}" for k in range(len(tests))]
         offset = {"oil A": 0.012, "oil B": 0.004, "oil C": -0.004, "oil D": -0.012}
         named += diagnose(shifted(data, tests, tests["oil"].map(offset)), tests).effects == ["factor:oil"]
-    assert named >= 5
+    assert named >= least
 
 
 @pytest.mark.parametrize(("seeds", "wrong"), SEEDS)

@@ -48,6 +48,7 @@ def test_temperature_alone_stays_alone(seed: int) -> None:
     assert (found.verdict, found.effects) == ("explained", ["thermal_breakdown"])
 
 
+@pytest.mark.nightly
 def test_unseen_tests_name_what_the_reference_does_not_see() -> None:
     """The reference predicts no more than the temperature alone; pressure lowers the error by 2.7 standard errors, a better placed effect does not."""
     (case,) = (c for c in cases() if c.id.startswith("pair-199-"))

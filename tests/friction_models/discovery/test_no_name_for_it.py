@@ -45,7 +45,7 @@ def test_a_saw_along_the_distance_is_neither_running_in_nor_noise() -> None:
 
 def test_two_names_that_only_cancel_each_other_are_no_answer() -> None:
     """A hump over pressure: a breakdown that rises and a saturation that falls, each of any size, draw it."""
-    data = at_random_loads(7, points=60)
+    data = at_random_loads(7, points=30)
     data["mu"] += 0.022 * np.exp(-(((data["sigma_n"] - 900.0) / 260.0) ** 2))
     found = diagnose(data, model="constant")
     assert found.verdict == "unknown_structure" and any("bump(sigma_n)" in o.name for o in found.formulas)
