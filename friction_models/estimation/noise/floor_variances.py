@@ -12,7 +12,8 @@ import numpy as np
 from scipy.special import expit, logit
 
 from ...loads import FloatArray
-from .layout import Layout, inverse_of_roots
+from .drift_and_noise import DriftAndNoise
+from .layout import Layout
 from .newton import UNSOLVED, Likelihood, most_likely
 
 #: Natural logarithms of the least and largest: scatter of tests, drift, and noise of a bin of one point, over the scatter of what
@@ -43,13 +44,16 @@ class _Solved(NamedTuple):
     """What variances leave of mu, and what it takes to move them."""
 
     sizes: Variances
-    white: FloatArray  #: Variances of the bins by themselves, 0 where there is none, shape (tests, slots).
-    #: Change of the covariance with the logarithm of the length, shape (tests, slots, slots).
-    by_length: FloatArray
-    #: Columns of the mean, weighed by the inverse of the covariance, shape (tests, slots, p).
+    white: FloatArray  #: Variances of the bins by themselves, shape (m,).
+    slow: DriftAndNoise  #: What changes within tests.
+    ones: FloatArray  #: Ones, weighed by the inverse of the covariance within tests, shape (m, 1).
+    taken: (
+        FloatArray  #: What the inverse of the covariance of each test loses by its offset, shape (tests, 1).
+    )
+    #: Columns of the mean, weighed by the inverse of the covariance, and made such that their coefficients are independent,
+    #: each with a variance of one, shape (m, p).
     towards: FloatArray
-    covariance: FloatArray  #: Of the coefficients of the mean, shape (p, p).
-    left: FloatArray  #: What the mean leaves of mu, weighed, shape (tests, slots, 1).
+    left: FloatArray  #: What the mean leaves of mu, weighed, shape (m, 1).
 
 
 class VariancesOfFloor:
@@ -64,12 +68,13 @@ class VariancesOfFloor:
         self._drifts = layout.shape[1] > 2
         longest = [float(g[p].max()) for g, p in zip(layout.gaps, layout.present, strict=True)]
         self._length = max(float(np.median(longest)), 1e-9)
-        self._stacked = layout.pad(np.column_stack([y, mean]))
-        self._both = np.where(layout.present[:, :, None] & layout.present[:, None, :], 1.0, 0.0)
-        self._gaps = self._both * layout.gaps / self._length
-        self._apart = np.where(self._both > 0.0, self._gaps, np.inf)
-        # New memory for large arrays takes longer than what is computed in them.
-        self._slow, self._S, self._roots, self._P = (np.zeros_like(self._both) for _ in range(4))
+        self._columns = np.column_stack([y, mean])
+        test, slot = layout.test, layout.slot
+        self._starts = np.flatnonzero(np.r_[True, np.diff(test) != 0])
+        self._of = np.cumsum(np.r_[0, np.diff(test) != 0])
+        gaps = layout.gaps[test[:-1], slot[:-1], slot[1:]] / self._length
+        self._steps = np.where(np.diff(test) != 0, np.inf, gaps)
+        self._weight = layout.weight[test, slot]
 
     def most_likely(self, noise: float, earlier: Variances | None = None) -> Variances:
         """Return the variances, from those of an `earlier` estimate, or from the `noise` of a bin of one point."""
@@ -96,26 +101,27 @@ class VariancesOfFloor:
         """Return minus the restricted log-likelihood of variances between their limits, with that of the prior."""
         sizes = self._sizes(theta)
         relative = sizes.length / self._length
-        white = self._covariance(sizes, relative)
+        white = sizes.bin_sensor**2 * self._weight
         try:
-            root = np.linalg.cholesky(self._S)
-            inverse_of_roots(root, self._roots)
-            np.matmul(np.swapaxes(self._roots, 1, 2), self._roots, out=self._P)
-            solved = self._P @ self._stacked
-            gram = np.tensordot(self._stacked, solved, ((0, 1), (0, 1)))
+            slow = DriftAndNoise(self._steps / relative, sizes.drift, white)
+            weighed = slow.solve(np.column_stack([np.ones(len(white)), self._columns]))
+            ones, within = weighed[:, :1], weighed[:, 1:]
+            offset = self._offset(sizes)
+            size = self._by_test(ones)
+            taken = offset / (1.0 + offset * size)
+            solved = self._beside_offsets(within, ones, taken)
+            gram = self._columns.T @ solved
             inner = np.linalg.cholesky(gram[1:, 1:])
         except np.linalg.LinAlgError:
             return Likelihood(UNSOLVED, np.zeros(4), lambda: np.eye(4))
-        covariance = np.asarray(np.linalg.inv(gram[1:, 1:]), dtype=np.float64)
-        along = covariance @ gram[1:, 0]
-        rest = float(gram[0, 0] - gram[1:, 0] @ along)
-        log_det = 2.0 * np.sum(np.log(np.einsum("tii->ti", root)))
+        towards = np.linalg.solve(inner, solved[:, 1:].T).T
+        along = np.linalg.solve(inner, gram[1:, 0])
+        rest = float(gram[0, 0] - along @ along)
+        log_det = slow.log_det + float(np.sum(np.log1p(offset * size)))
         ratio = float(np.log(relative / USUAL[2]))
         value = 0.5 * (log_det + rest + LENGTH_PRIOR * ratio**2) + np.sum(np.log(np.diag(inner)))
-        towards = solved[:, :, 1:]
-        left = (solved[:, :, 0] - towards @ along)[:, :, None]
-        solution = _Solved(sizes, white, self._gaps * self._slow / relative, towards, covariance, left)
-        # before the slope, which overwrites the inverse
+        left = (solved[:, 0] - towards @ along)[:, None]
+        solution = _Solved(sizes, white, slow, ones, taken, towards, left)
         curvature, slope = self._information(solution), self._slope(solution)
         curvature[2, 2] += LENGTH_PRIOR
         slope[2] += LENGTH_PRIOR * ratio
@@ -124,48 +130,57 @@ class VariancesOfFloor:
         curvature *= inner_slope[:, None] * inner_slope
         return Likelihood(float(value), slope * inner_slope, lambda: curvature)
 
-    def _covariance(self, sizes: Variances, relative: float) -> FloatArray:
-        """Write the covariance of every test, and its slow part; return the variances of the bins by themselves, shape (tests, slots)."""
-        layout, slow, S = self._layout, self._slow, self._S
-        np.multiply(self._apart, -1.0 / relative, out=slow)
-        np.exp(slow, out=slow)
-        np.multiply(slow, sizes.drift**2, out=slow)
-        # of two tests, too little for what it is: their covariance must stay regular
-        np.multiply(self._both, max(sizes.test, 1e-4 * self._scale) ** 2, out=S)
-        np.add(S, slow, out=S)
-        white: FloatArray = np.where(layout.present, sizes.bin_sensor**2 * layout.weight, 0.0)
-        index = np.arange(S.shape[1])
-        S[:, index, index] += np.where(layout.present, white, 1.0)
-        return white
+    def _offset(self, sizes: Variances) -> float:
+        """Return the variance of the offsets: of two tests, too little for what it is, as their covariance must stay regular."""
+        return max(sizes.test, 1e-4 * self._scale) ** 2
+
+    def _by_test(self, values: FloatArray) -> FloatArray:
+        """Return the sums of columns over the bins of each test, shape (tests, k)."""
+        return np.asarray(np.add.reduceat(values, self._starts, axis=0))
+
+    def _beside_offsets(self, within: FloatArray, ones: FloatArray, taken: FloatArray) -> FloatArray:
+        """Return columns, shape (m, k), weighed by the inverse of the covariance, from what it is `within` tests (Sherman, Morrison)."""
+        return np.asarray(within - ones * (taken * self._by_test(within))[self._of])
 
     def _information(self, at: _Solved) -> FloatArray:
         """Return the average of expected and observed curvature (Gilmour, Thompson, Cullis, Biometrics 51 (1995) 1440)."""
+        sizes, slow = at.sizes, at.slow
+        along = slow.correlated(at.left)
         # what each logarithm of a size changes in the covariance, times what is left of mu
-        changed = np.concatenate(
+        changed = np.column_stack(
             [
-                2.0 * at.sizes.test**2 * (self._both @ at.left),
-                2.0 * (self._slow @ at.left),
-                at.by_length @ at.left,
-                2.0 * at.white[:, :, None] * at.left,
-            ],
-            axis=2,
+                2.0 * sizes.test**2 * self._by_test(at.left)[self._of],
+                2.0 * sizes.drift**2 * along,
+                sizes.drift**2 * slow.correlated(slow.changed(along)),
+                2.0 * at.white[:, None] * at.left,
+            ]
         )
-        by_mean = np.tensordot(at.towards, changed, ((0, 1), (0, 1)))
-        found = np.tensordot(changed, self._P @ changed, ((0, 1), (0, 1)))
-        return np.asarray(0.5 * (found - by_mean.T @ at.covariance @ by_mean))
+        by_mean = at.towards.T @ changed
+        found = changed.T @ self._beside_offsets(slow.solve(changed), at.ones, at.taken)
+        return np.asarray(0.5 * (found - by_mean.T @ by_mean))
 
     def _slope(self, at: _Solved) -> FloatArray:
-        """Return the gradient; the inverse of the covariance is lost."""
-        P = self._P
-        # d/dS of the criterion is (P - P y y' P)/2 with P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
-        weighed = np.concatenate([at.towards @ at.covariance, at.left], axis=2)
-        np.matmul(weighed, np.swapaxes(np.concatenate([at.towards, at.left], axis=2), 1, 2), out=self._S)
-        np.subtract(P, self._S, out=P)
+        """Return the gradient: half of the trace of ``(P - P y y' P) dS``, ``P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1``."""
+        sizes, slow, white, taken = at.sizes, at.slow, at.white, at.taken[:, 0]
+        # P - P y y' P is S^-1 less the squares of these, each with its sign
+        columns = np.column_stack([at.towards, at.left])
+        along = slow.correlated(np.column_stack([columns, at.ones]))
+        change = along * slow.changed(along)
+        size = self._by_test(at.ones)[:, 0]
+        # the inverse of S within tests, less what offsets take from it
+        by_test = float(np.sum(size - taken * size**2))
+        by_white = float(white @ slow.inverse_diagonal) - float(
+            taken @ self._by_test(white[:, None] * at.ones**2)[:, 0]
+        )
+        by_length = (
+            sizes.drift**2 * (-float(taken @ self._by_test(change[:, -1:])[:, 0])) + slow.trace_of_change()
+        )
+        drift = len(white) - by_white - self._offset(sizes) * by_test
         return np.array(
             [
-                at.sizes.test**2 * float(np.vdot(P, self._both)),
-                float(np.vdot(P, self._slow)),
-                0.5 * float(np.vdot(P, at.by_length)),
-                float(np.sum(np.einsum("tii->ti", P) * at.white)),
+                sizes.test**2 * (by_test - float(np.sum(self._by_test(columns) ** 2))),
+                drift - sizes.drift**2 * float(np.sum(columns * along[:, :-1])),
+                0.5 * (by_length - sizes.drift**2 * float(np.sum(change[:, :-1]))),
+                by_white - float(white @ np.sum(columns**2, axis=1)),
             ]
         )
