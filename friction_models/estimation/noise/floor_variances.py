@@ -47,9 +47,8 @@ class _Solved(NamedTuple):
     white: FloatArray  #: Variances of the bins by themselves, shape (m,).
     slow: DriftAndNoise  #: What changes within tests.
     ones: FloatArray  #: Ones, weighed by the inverse of the covariance within tests, shape (m, 1).
-    taken: (
-        FloatArray  #: What the inverse of the covariance of each test loses by its offset, shape (tests, 1).
-    )
+    #: What the inverse of the covariance of each test loses by its offset, shape (tests, 1).
+    taken: FloatArray
     #: Columns of the mean, weighed by the inverse of the covariance, and made such that their coefficients are independent,
     #: each with a variance of one, shape (m, p).
     towards: FloatArray
@@ -63,18 +62,18 @@ class VariancesOfFloor:
     """
 
     def __init__(self, layout: Layout, y: FloatArray, mean: FloatArray, scale: float) -> None:
-        self._layout, self._scale = layout, scale
+        self._scale = scale
         self.known = len(layout.present) >= 3
         self._drifts = layout.shape[1] > 2
         longest = [float(g[p].max()) for g, p in zip(layout.gaps, layout.present, strict=True)]
         self._length = max(float(np.median(longest)), 1e-9)
         self._columns = np.column_stack([y, mean])
-        test, slot = layout.test, layout.slot
-        self._starts = np.flatnonzero(np.r_[True, np.diff(test) != 0])
-        self._of = np.cumsum(np.r_[0, np.diff(test) != 0])
-        gaps = layout.gaps[test[:-1], slot[:-1], slot[1:]] / self._length
-        self._steps = np.where(np.diff(test) != 0, np.inf, gaps)
-        self._weight = layout.weight[test, slot]
+        self._test, slot = layout.test, layout.slot
+        next_test = np.diff(self._test) > 0
+        self._starts = np.flatnonzero(np.r_[True, next_test])
+        gaps = layout.gaps[self._test[:-1], slot[:-1], slot[1:]] / self._length
+        self._steps = np.where(next_test, np.inf, gaps)
+        self._weight = layout.weight[self._test, slot]
 
     def most_likely(self, noise: float, earlier: Variances | None = None) -> Variances:
         """Return the variances, from those of an `earlier` estimate, or from the `noise` of a bin of one point."""
@@ -99,36 +98,41 @@ class VariancesOfFloor:
 
     def _at(self, theta: FloatArray) -> Likelihood:
         """Return minus the restricted log-likelihood of variances between their limits, with that of the prior."""
-        sizes = self._sizes(theta)
-        relative = sizes.length / self._length
-        white = sizes.bin_sensor**2 * self._weight
+        sizes, share = self._sizes(theta), expit(theta)
+        ratio = float(np.log(sizes.length / self._length / USUAL[2]))
+        inner_slope = (LARGEST - LEAST) * share * (1.0 - share)
         try:
-            slow = DriftAndNoise(self._steps / relative, sizes.drift, white)
-            weighed = slow.solve(np.column_stack([np.ones(len(white)), self._columns]))
-            ones, within = weighed[:, :1], weighed[:, 1:]
-            offset = self._offset(sizes)
-            size = self._by_test(ones)
-            taken = offset / (1.0 + offset * size)
-            solved = self._beside_offsets(within, ones, taken)
-            gram = self._columns.T @ solved
-            inner = np.linalg.cholesky(gram[1:, 1:])
+            value, at = self._solved(sizes)
         except np.linalg.LinAlgError:
             return Likelihood(UNSOLVED, np.zeros(4), lambda: np.eye(4))
+        slope = self._slope(at)
+        slope[2] += LENGTH_PRIOR * ratio
+
+        def curvature() -> FloatArray:
+            found = self._information(at)
+            found[2, 2] += LENGTH_PRIOR
+            return found * inner_slope[:, None] * inner_slope
+
+        return Likelihood(value + 0.5 * LENGTH_PRIOR * ratio**2, slope * inner_slope, curvature)
+
+    def _solved(self, sizes: Variances) -> tuple[float, _Solved]:
+        """Return minus the restricted log-likelihood of variances, and what it takes to move them."""
+        white = sizes.bin_sensor**2 * self._weight
+        slow = DriftAndNoise(self._steps * (self._length / sizes.length), sizes.drift, white)
+        weighed = slow.solve(np.column_stack([np.ones(len(white)), self._columns]))
+        ones, within = weighed[:, :1], weighed[:, 1:]
+        offset, size = self._offset(sizes), self._by_test(ones)
+        taken = offset / (1.0 + offset * size)
+        solved = self._beside_offsets(within, ones, taken)
+        gram = self._columns.T @ solved
+        inner = np.linalg.cholesky(gram[1:, 1:])
         towards = np.linalg.solve(inner, solved[:, 1:].T).T
         along = np.linalg.solve(inner, gram[1:, 0])
+        left = (solved[:, 0] - towards @ along)[:, None]
         rest = float(gram[0, 0] - along @ along)
         log_det = slow.log_det + float(np.sum(np.log1p(offset * size)))
-        ratio = float(np.log(relative / USUAL[2]))
-        value = 0.5 * (log_det + rest + LENGTH_PRIOR * ratio**2) + np.sum(np.log(np.diag(inner)))
-        left = (solved[:, 0] - towards @ along)[:, None]
-        solution = _Solved(sizes, white, slow, ones, taken, towards, left)
-        curvature, slope = self._information(solution), self._slope(solution)
-        curvature[2, 2] += LENGTH_PRIOR
-        slope[2] += LENGTH_PRIOR * ratio
-        share = expit(theta)
-        inner_slope = (LARGEST - LEAST) * share * (1.0 - share)
-        curvature *= inner_slope[:, None] * inner_slope
-        return Likelihood(float(value), slope * inner_slope, lambda: curvature)
+        value = 0.5 * (log_det + rest) + float(np.sum(np.log(np.diag(inner))))
+        return value, _Solved(sizes, white, slow, ones, taken, towards, left)
 
     def _offset(self, sizes: Variances) -> float:
         """Return the variance of the offsets: of two tests, too little for what it is, as their covariance must stay regular."""
@@ -140,7 +144,7 @@ class VariancesOfFloor:
 
     def _beside_offsets(self, within: FloatArray, ones: FloatArray, taken: FloatArray) -> FloatArray:
         """Return columns, shape (m, k), weighed by the inverse of the covariance, from what it is `within` tests (Sherman, Morrison)."""
-        return np.asarray(within - ones * (taken * self._by_test(within))[self._of])
+        return np.asarray(within - ones * (taken * self._by_test(within))[self._test])
 
     def _information(self, at: _Solved) -> FloatArray:
         """Return the average of expected and observed curvature (Gilmour, Thompson, Cullis, Biometrics 51 (1995) 1440)."""
@@ -149,7 +153,7 @@ class VariancesOfFloor:
         # what each logarithm of a size changes in the covariance, times what is left of mu
         changed = np.column_stack(
             [
-                2.0 * sizes.test**2 * self._by_test(at.left)[self._of],
+                2.0 * sizes.test**2 * self._by_test(at.left)[self._test],
                 2.0 * sizes.drift**2 * along,
                 sizes.drift**2 * slow.correlated(slow.changed(along)),
                 2.0 * at.white[:, None] * at.left,
@@ -162,25 +166,22 @@ class VariancesOfFloor:
     def _slope(self, at: _Solved) -> FloatArray:
         """Return the gradient: half of the trace of ``(P - P y y' P) dS``, ``P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1``."""
         sizes, slow, white, taken = at.sizes, at.slow, at.white, at.taken[:, 0]
-        # P - P y y' P is S^-1 less the squares of these, each with its sign
+        # the matrix in brackets is S^-1 less the squares of these columns
         columns = np.column_stack([at.towards, at.left])
         along = slow.correlated(np.column_stack([columns, at.ones]))
         change = along * slow.changed(along)
-        size = self._by_test(at.ones)[:, 0]
-        # the inverse of S within tests, less what offsets take from it
-        by_test = float(np.sum(size - taken * size**2))
-        by_white = float(white @ slow.inverse_diagonal) - float(
-            taken @ self._by_test(white[:, None] * at.ones**2)[:, 0]
-        )
-        by_length = (
-            sizes.drift**2 * (-float(taken @ self._by_test(change[:, -1:])[:, 0])) + slow.trace_of_change()
-        )
-        drift = len(white) - by_white - self._offset(sizes) * by_test
+        # traces of S^-1 times each change: what it is within tests, less what offsets take from it
+        of_ones = np.column_stack([at.ones, white[:, None] * at.ones**2, change[:, -1:]])
+        size, by_white, by_length = self._by_test(of_ones).T
+        offsets = float(np.sum(size - taken * size**2))
+        bins = float(white @ slow.inverse_diagonal - taken @ by_white)
+        lengths = slow.trace_of_change() - sizes.drift**2 * float(taken @ by_length)
+        drifts = len(white) - bins - self._offset(sizes) * offsets
         return np.array(
             [
-                sizes.test**2 * (by_test - float(np.sum(self._by_test(columns) ** 2))),
-                drift - sizes.drift**2 * float(np.sum(columns * along[:, :-1])),
-                0.5 * (by_length - sizes.drift**2 * float(np.sum(change[:, :-1]))),
-                by_white - float(white @ np.sum(columns**2, axis=1)),
+                sizes.test**2 * (offsets - float(np.sum(self._by_test(columns) ** 2))),
+                drifts - sizes.drift**2 * float(np.sum(columns * along[:, :-1])),
+                0.5 * (lengths - sizes.drift**2 * float(np.sum(change[:, :-1]))),
+                bins - float(white @ np.sum(columns**2, axis=1)),
             ]
         )
