@@ -51,6 +51,17 @@ class Columns:
         self.scale = np.where(size > 0.0, size, 1.0)
         self._base, self._whole, self._beside = base, whole / self.scale, beside / self.scale
         self._triangle = np.linalg.qr(np.column_stack([self._beside, base.left])).R
+        self._restraint = np.zeros(len(size))
+
+    def restrain(self, sizes: FloatArray) -> None:
+        """Draw each amplitude of the columns as given towards zero: times its size, shape (k,), it is a residual in units of the usual one."""
+        rest = self._triangle[len(sizes) :, -1]
+        self._restraint = float(np.linalg.norm(rest)) / np.sqrt(len(self._base.left)) * sizes / self.scale
+        self.draw(self._restraint)
+
+    def drawn(self, amplitudes: FloatArray) -> FloatArray:
+        """Return the residuals by which amplitudes are restrained, shape (k,)."""
+        return np.asarray(self._restraint * amplitudes)
 
     def draw(self, pull: FloatArray) -> None:
         """Draw each amplitude towards zero, by so much as a row of the problem."""

@@ -37,6 +37,9 @@ RIDGE = 1e-10
 KEEP_WEIGHTS = 0.98
 #: The same for empirical terms, which were chosen by the weights: another curve must be better by more.
 KEEP_CURVE = 0.95
+#: A contribution that scatters as much as all of mu counts like so many residuals of the usual size: where levels of a plan leave
+#: open how large effect and base are that cancel each other, they are no larger than it takes.
+RESTRAINT = 1.0
 #: Columns of effects that are kept while their shapes are sought.
 MOST_KEPT = 32
 
@@ -154,12 +157,13 @@ class JointProblem:
     def _rest(self, shapes: Sequence[Mapping[str, float]]) -> FloatArray:
         """Return the weighted residual of the best coefficients."""
         columns, x = self._solved(self.columns(shapes))
-        return columns.rest(x)
+        return np.r_[columns.rest(x), columns.drawn(x)]
 
     def _solved(self, blocks: list[FloatArray]) -> tuple[Columns, FloatArray]:
         """Return the columns of all effects beside the base, and their amplitudes."""
         plain = np.column_stack([self.base[:, :0], *blocks])  # there may be no effects
         columns = self._beside.columns(self.whiten(plain))
+        columns.restrain(RESTRAINT * np.std(plain, axis=0) / max(float(np.std(self.y)), 1e-300))
         if any(e.pooled for e in self.effects):
             x = columns.amplitudes()
             columns.draw(self.pull(blocks, np.r_[columns.base(x), x / columns.scale]))

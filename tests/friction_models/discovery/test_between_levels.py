@@ -2,7 +2,11 @@
 
 from itertools import product
 
-from friction_models.discovery import diagnose
+import numpy as np
+import pandas as pd
+
+from friction_models.discovery import diagnose, refine
+from friction_models.loads import FloatArray
 
 from .test_next_tests import made
 
@@ -23,3 +27,33 @@ def test_a_fall_that_no_test_saw_is_a_matter_of_the_formula() -> None:
 
 def test_tests_in_the_fall_need_no_warning() -> None:
     assert between((5.0, 15.0, 45.0, 130.0, 400.0)) == []
+
+
+def film(psi: FloatArray) -> FloatArray:
+    """A root that saturates: no formula of the catalogue."""
+    return np.asarray(0.06 * np.sqrt(1.0 - 1.0 / psi))
+
+
+def three_levels(seed: int) -> pd.DataFrame:
+    """Return 54 tests at three expansions, which a straight line and any saturation follow together."""
+    rng = np.random.default_rng([seed, 71])
+    tests = []
+    for k in range(54):
+        v, T, p = 5.0 * 60.0 ** rng.random(), rng.uniform(20.0, 200.0), rng.uniform(400.0, 2000.0)
+        sd = np.linspace(0.5, 30.0, 12)
+        psi = (1.07, 5.0, 20.0)[k % 3] * (1.0 + 0.01 * sd / 30.0)
+        mu = 0.08 + 1e-5 * v + 3e-5 * T + film(psi) + rng.normal(0.0, 0.007) + rng.normal(0.0, 0.002, 12)
+        loads = {"v_rel": v, "T": T, "sigma_n": p, "sd": sd, "psi": psi}
+        tests.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu}))
+    return pd.concat(tests, ignore_index=True)
+
+
+def test_between_three_levels_an_effect_and_a_line_are_no_larger_than_it_takes() -> None:
+    """Large and cancelling each other, they met the levels as well, and lay up to 0.03 off between them: worse than the line alone."""
+    psi = np.geomspace(1.1, 20.0, 60)
+    loads = np.column_stack([np.tile([50.0, 100.0, 1000.0, 15.0], (60, 1)), psi])
+    truth = 0.08 + 1e-5 * 50.0 + 3e-5 * 100.0 + film(psi)
+    for seed in (1, 4, 8):
+        data = three_levels(seed)
+        plain, added = (refine(data, add=add).predict(loads) - truth for add in ([], "surface_expansion"))
+        assert np.mean(added**2) < 0.75**2 * np.mean(plain**2), seed
