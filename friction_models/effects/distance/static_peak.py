@@ -37,7 +37,7 @@ class StaticPeak(Effect):
             "mm",
             "distance of break-away",
             1e-6,
-            5.0,
+            1e9,
             0.4,
             follows="distance",
             span=(3.0, 0.02),

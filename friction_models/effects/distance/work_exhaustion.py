@@ -49,7 +49,7 @@ class WorkExhaustion(Effect):
             "J/mm2",
             "friction work that exhausts the film",
             1e-12,
-            1e4,
+            1e9,
             3.0,
             follows="work",
             span=(1.0, 1.5),

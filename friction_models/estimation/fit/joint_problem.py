@@ -50,7 +50,7 @@ def solve_jointly(
     """Return the least-squares problem of a law and effects with the best shape parameters in it."""
     problem = JointProblem(campaign, law, list(effects), weights)
     problem.weigh()
-    problem.optimise()
+    problem.scan()
     for _ in range(ROUNDS if any(e.needs_mu for e in effects) else 1):
         problem.weigh()
         problem.update_own_mu()
@@ -79,7 +79,6 @@ class JointProblem:
         self._known: tuple[Any, BesideBase] | None = None
         #: Slopes along the shape of one effect need the others as they were.
         self._blocks: dict[tuple[int, tuple[tuple[str, float], ...]], FloatArray] = {}
-        self.scanned = False
         self.estimated: NoiseFloor | None = None
 
     def weigh(self) -> None:
@@ -196,10 +195,7 @@ class JointProblem:
         return pull
 
     def optimise(self) -> None:
-        """Move the shape parameters: first over their scan grids, one effect at a time, then locally."""
-        if not self.scanned:
-            self._scan()
-            self.scanned = True
+        """Move the shape parameters to the least squares next to where they are."""
         self.shapes = fitted_shapes(
             self.effects,
             self.shapes,
@@ -215,8 +211,8 @@ class JointProblem:
         """Return between which values a shape parameter of effect `k` is sought."""
         return self.effects[k].limits(shape, self.grids[k][shape.name])
 
-    def _scan(self) -> None:
-        """Take the best set of scan values of every effect beside the others."""
+    def scan(self) -> None:
+        """Take the best set of scan values of every effect beside the others, one effect at a time."""
         candidates = [
             evaluate(e, self.campaign, self.mu, g) for e, g in zip(self.effects, self.grids, strict=True)
         ]

@@ -94,6 +94,7 @@ def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ..
     spans["v_rel_low"] = (spans["v_rel"][0], spans["v_rel"][0])
     length = float(np.median(lengths))
     spans["distance"] = (length * 1e-3, length)
+    spans["duration"] = 2 * (length / spans["v_rel"][0],)  # of a slow test
     if "batch" in campaign.system:
         spans["batch"] = tuple(map(float, np.unique(campaign.system["batch"])))
     return spans | metadata_spans(campaign.loads, campaign.system)

@@ -11,7 +11,9 @@ import pytest
 
 from friction_models import ConstantFriction
 from friction_models.discovery import diagnose, refine
-from friction_models.effects import Hersey, RunningIn, ThermalBreakdown
+from friction_models.effects import CATALOGUE, Hersey, RunningIn, ThermalBreakdown
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.candidates import spans_of
 from friction_models.loads import FloatArray, TriboLoads
 
 
@@ -45,8 +47,21 @@ def at_temperatures(places: FloatArray, mu: FloatArray, scatter: float, seed: in
 def test_running_in_over_a_tenth_of_the_path_is_named_whatever_the_path() -> None:
     answers = [diagnose(polished(longest), model="constant", seed=0) for longest in (30.0, 1e5, 3e6)]
     assert [a.effects for a in answers] == 3 * [["running_in"]]
-    assert np.ptp([a.confidence for a in answers]) == pytest.approx(0.0, abs=0.01)
+    assert np.ptp([a.confidence for a in answers]) == pytest.approx(0.0, abs=1e-3)
     assert min(a.confidence for a in answers) > 0.8
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_scan_values_are_the_same_in_other_units_of_length_and_time(name: str) -> None:
+    """A limit in mm that cuts them off where paths are long would give another answer to the same measurements in m."""
+    data, grids = polished(1e5), []
+    for m, s in ((1.0, 1.0), (1e-3, 1.0), (1.0, 60.0)):
+        other = {"t": data["t"] / s, "v_rel": m * s * data["v_rel"], "sd": m * data["sd"]}
+        campaign = prepare(data.assign(**other))
+        grids.append(CATALOGUE[name]().grids(spans_of(campaign, np.full(len(data), 0.1))))
+    for parameter, values in grids[0].items():
+        for scan in (grid[parameter] for grid in grids[1:]):
+            assert scan / scan[-1] == pytest.approx(values / values[-1]), parameter
 
 
 def test_a_run_of_kilometres_is_read() -> None:
