@@ -53,6 +53,13 @@ def test_one_table_from_the_data_to_the_page(data: Path, tmp_path: Path) -> None
         assert words in text
 
 
+def test_of_two_effects_that_cancel_one_that_explains_alone_is_named(data: Path, tmp_path: Path) -> None:
+    """Friction of this pair falls with pressure; a second effect of it, tied to the first, predicted a little more, and hid both."""
+    points, tests, _ = run.table_of({"function": "miba_dynamic", "arguments": {"system": "i"}}, data)
+    answer = run.answer_to(points, tests)
+    assert "pressure_power" in answer["effects"] and answer["verdict"] != "unknown_structure"
+
+
 def test_without_the_data_nothing_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
