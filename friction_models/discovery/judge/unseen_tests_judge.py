@@ -136,11 +136,7 @@ class UnseenTestsJudge:
             kept, verdict = needed, verdict if self.names.explain(needed) else "unknown_structure"
         if verdict in NAMED and (parted := self.two_loads.parted(kept)) is not kept:
             kept, verdict = parted, "explained"
-        if (
-            len(kept) > 1
-            and verdict in NAMED
-            and self._cancelling(kept, sure=False) >= {f.name for f in kept}
-        ):
+        if verdict in NAMED and len(kept) > 1 and len(self._cancelling(kept, sure=False)) == len(kept):
             # of parts that are known as a difference only, one that explains by itself is enough
             kept = next(([f] for f in kept if self.names.explain([f])), kept)
         shares = self.beside.shares(kept, alone)

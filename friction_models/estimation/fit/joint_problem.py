@@ -70,6 +70,7 @@ class JointProblem:
         self.mu = np.maximum(law.columns @ coefficients + law.offset, 0.0)
         self.base = campaign.average(law.columns)
         self.y = campaign.average(campaign.mu - law.offset)
+        self.scatter = float(np.std(self.y)) or 1e-6
         self.spans = spans_of(campaign, self.mu)
         self.grids = [e.grids(self.spans) for e in effects]
         self.shapes = [{n: float(g[len(g) // 2]) for n, g in grid.items()} for grid in self.grids]
@@ -87,7 +88,7 @@ class JointProblem:
             return
         mean = np.column_stack([self._flexible, *self.columns(self.shapes)])
         self.estimated = estimate(self.campaign, self.layout, self.y, mean, self.estimated)
-        self.whiten = self._weighted(Whitener(self.layout, self.estimated, float(np.std(self.y)) or 1e-6))
+        self.whiten = self._weighted(Whitener(self.layout, self.estimated, self.scatter))
 
     @cached_property
     def _flexible(self) -> FloatArray:
@@ -162,7 +163,7 @@ class JointProblem:
         """Return the columns of all effects beside the base, and their amplitudes."""
         plain = np.column_stack([self.base[:, :0], *blocks])  # there may be no effects
         columns = self._beside.columns(self.whiten(plain))
-        columns.restrain(RESTRAINT * np.std(plain, axis=0) / max(float(np.std(self.y)), 1e-300))
+        columns.restrain(RESTRAINT * np.std(plain, axis=0) / self.scatter)
         if any(e.pooled for e in self.effects):
             x = columns.amplitudes()
             columns.draw(self.pull(blocks, np.r_[columns.base(x), x / columns.scale]))

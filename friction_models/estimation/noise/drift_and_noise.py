@@ -43,10 +43,9 @@ class DriftAndNoise:
         self._variance, self._white = drift**2, white
         inside = np.isfinite(steps)
         e = np.where(inside, np.maximum(steps, LEAST_STEP), 1.0)
-        self._next = np.where(inside, np.exp(-e), 0.0)  # correlation of each bin with the next
-        self._fresh = np.where(
-            inside, -np.expm1(-2.0 * e), 1.0
-        )  # what of its variance is not in the bin before
+        # correlation of each bin with the next, and what of the variance there is not in the bin before
+        self._next = np.where(inside, np.exp(-e), 0.0)
+        self._fresh = np.where(inside, -np.expm1(-2.0 * e), 1.0)
         known = self._next**2 / self._fresh
         # the inverse of P, then its change with the logarithm of l: the diagonal, and what stands beside it
         own, beside = 1.0 + _in_both(known), -self._next / self._fresh

@@ -91,10 +91,10 @@ def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ..
     spans["T_rise"] = (0.1 * (spans["T"][1] - 20.0), max(spans["T"][1] - 20.0, 1.0))
     rise = max(spans["psi"][1] - 1.0, 1e-3)
     spans["psi_rise"] = (0.1 * rise, rise)
-    spans["v_rel_low"] = (spans["v_rel"][0], spans["v_rel"][0])
-    length = float(np.median(lengths))
+    slow, length = spans["v_rel"][0], float(np.median(lengths))
+    spans["v_rel_low"] = (slow, slow)
     spans["distance"] = (length * 1e-3, length)
-    spans["duration"] = 2 * (length / spans["v_rel"][0],)  # of a slow test
+    spans["duration"] = (length / slow, length / slow)  # of a slow test
     if "batch" in campaign.system:
         spans["batch"] = tuple(map(float, np.unique(campaign.system["batch"])))
     return spans | metadata_spans(campaign.loads, campaign.system)
