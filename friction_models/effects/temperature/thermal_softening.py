@@ -40,8 +40,8 @@ class ThermalSoftening(Effect):
             2000.0,
             120.0,
             follows="T_rise",
-            span=(0.5, 1.0),
-            points=10,
+            span=(0.5, 1.5),
+            points=12,
         ),
         ShapeParameter("n", "1", "steepness", 1.0, 4.0, 1.0, values=(1.0, 2.0)),
     )

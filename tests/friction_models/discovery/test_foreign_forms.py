@@ -203,3 +203,19 @@ def test_tests_that_scatter_around_the_law_of_the_model_lack_nothing(seed: int) 
 
     found = diagnose(in_random_plan(seed, law, 0.05), model="polynomial")
     assert found.verdict == "nothing_missing", found.sentence
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_softening_that_comes_late_has_a_name(seed: int) -> None:
+    """A cubic fall (Johnson, Cook) has hardly begun in most tests; where mu rises a little before, a line hides more of it."""
+    rng = np.random.default_rng(seed)
+    sd, tests = np.linspace(1.0, 30.0, 20), []
+    for k in range(90):
+        v, T = float(np.exp(rng.uniform(1.6, 6.0))), rng.uniform(20.0, 350.0) + 20.0 * np.sqrt(sd / 30.0)
+        p = rng.uniform(400.0, 2000.0)
+        mu = 0.11 + 0.016 * T / 350.0 - 3e-6 * p - 0.12 * ((T - 20.0) / 480.0) ** 3
+        mu = mu + 0.004 * rng.standard_normal() + 0.001 * rng.standard_normal(20)
+        loads = {"t": sd / v, "v_rel": v, "T": T, "sigma_n": p, "sd": sd, "psi": 2.0}
+        tests.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu}))
+    answer = diagnose(pd.concat(tests, ignore_index=True))
+    assert answer.effects == ["thermal_softening"], answer.sentence
