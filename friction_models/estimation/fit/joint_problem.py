@@ -7,6 +7,7 @@ so that the offsets of the tests do not bias what varies within them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -79,7 +80,7 @@ class JointProblem:
         self.whiten: Any = self._weighted(lambda values: values)
         self._known: tuple[Any, BesideBase] | None = None
         #: Slopes along the shape of one effect need the others as they were.
-        self._blocks: dict[tuple[int, tuple[tuple[str, float], ...]], FloatArray] = {}
+        self._blocks: dict[tuple[int, tuple[tuple[str, float], ...]], tuple[FloatArray, FloatArray]] = {}
         self.estimated: NoiseFloor | None = None
 
     def weigh(self) -> None:
@@ -136,34 +137,54 @@ class JointProblem:
 
     def columns(self, shapes: Sequence[Mapping[str, float]]) -> list[FloatArray]:
         """Return the basis of every effect in the bins, shape (m, amplitudes) each."""
-        return [self._block(k, shape) for k, shape in enumerate(shapes)]
+        return [self._kept_block(k, shape)[0] for k, shape in enumerate(shapes)]
 
-    def _block(self, k: int, shape: Mapping[str, float]) -> FloatArray:
+    def _kept_block(self, k: int, shape: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+        """Return the basis of an effect in the bins, shape (m, amplitudes), and by how much each column changes from rest on."""
         key = k, tuple(shape.items())
         if key not in self._blocks:
             if len(self._blocks) == MOST_KEPT:
                 self._blocks.clear()
-            self._blocks[key] = bin_means(self.effects[k], self.campaign, self.mu, shape)[:, 0]
+            block = bin_means(self.effects[k], self.campaign, self.mu, shape)[:, 0]
+            self._blocks[key] = block, self._reach(k, shape, block)
         return self._blocks[key]
+
+    def _reach(self, k: int, shape: Mapping[str, float], block: FloatArray) -> FloatArray:
+        """Return the largest change of each column from rest to the fastest test, shape (amplitudes,); 0 with memory.
+
+        Every sliding starts from rest, mostly slower than any speed of a plan.
+        """
+        effect = self.effects[k]
+        if effect.states or "v_rel" not in effect.driver:
+            return np.zeros(block.shape[1])
+        return np.ptp(np.vstack([block, bin_means(effect, self._at_rest, self.mu, shape)[:, 0]]), axis=0)
+
+    @cached_property
+    def _at_rest(self) -> BinnedTests:
+        loads = self.campaign.loads
+        return replace(self.campaign, loads=replace(loads, v_rel=np.zeros_like(loads.v_rel)))
 
     def solve(
         self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None
     ) -> tuple[FloatArray, list[FloatArray]]:
         """Return the base's coefficients and the amplitudes of each effect, signs respected."""
-        columns, x = self._solved(self.columns(shapes) if blocks is None else blocks)
+        columns, x = self._solved(shapes, self.columns(shapes) if blocks is None else blocks)
         sizes = np.cumsum([0, *(len(e.amplitudes) for e in self.effects)])
         return columns.base(x), [x[a:b] / columns.scale[a:b] for a, b in pairwise(sizes)]
 
     def _rest(self, shapes: Sequence[Mapping[str, float]]) -> FloatArray:
         """Return the weighted residual of the best coefficients."""
-        columns, x = self._solved(self.columns(shapes))
+        columns, x = self._solved(shapes, self.columns(shapes))
         return np.r_[columns.rest(x), columns.drawn(x)]
 
-    def _solved(self, blocks: list[FloatArray]) -> tuple[Columns, FloatArray]:
+    def _solved(
+        self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray]
+    ) -> tuple[Columns, FloatArray]:
         """Return the columns of all effects beside the base, and their amplitudes."""
         plain = np.column_stack([self.base[:, :0], *blocks])  # there may be no effects
         columns = self._beside.columns(self.whiten(plain))
-        columns.restrain(RESTRAINT * np.std(plain, axis=0) / self.scatter)
+        reach = np.concatenate([plain[0, :0], *(self._kept_block(k, shape)[1] for k, shape in enumerate(shapes))])
+        columns.restrain(np.hypot(RESTRAINT * np.std(plain, axis=0) / self.scatter, reach / self.campaign.largest_mu))
         if any(e.pooled for e in self.effects):
             x = columns.amplitudes()
             columns.draw(self.pull(blocks, np.r_[columns.base(x), x / columns.scale]))

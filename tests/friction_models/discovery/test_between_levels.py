@@ -57,3 +57,21 @@ def test_between_three_levels_an_effect_and_a_line_are_no_larger_than_it_takes()
         data = three_levels(seed)
         plain, added = (refine(data, add=add).predict(loads) - truth for add in ([], "surface_expansion"))
         assert np.mean(added**2) < 0.75**2 * np.mean(plain**2), seed
+
+
+def test_below_the_slowest_test_friction_stays_within_what_was_seen() -> None:
+    """At three speeds any fall below the slowest one fits as well; mu was 153 at rest, and a curve between the speeds was a step."""
+    rng, tests = np.random.default_rng(5), []
+    sd = np.linspace(0.5, 30.0, 20)
+
+    def law(v: FloatArray) -> FloatArray:
+        return np.asarray(0.035 / (1.0 + (v / 20.0) ** 1.3))
+
+    for v, T, p in product((5.0, 50.0, 400.0), (20.0, 150.0, 280.0), (400.0, 1000.0, 2000.0)):
+        mu = 0.11 - 4e-5 * T + law(np.full(20, v)) + rng.normal(0.0, 0.0015) + rng.normal(0.0, 0.001, 20)
+        loads = {"v_rel": v, "T": T, "sigma_n": p, "sd": sd, "psi": 2.0}
+        tests.append(pd.DataFrame({"test_id": f"t{len(tests):02d}", **loads, "mu": mu}))
+    model = refine(pd.concat(tests, ignore_index=True), add="stribeck")
+    v = np.array([0.0, 2.0, 4.0, 8.0, 12.0, 20.0, 400.0])
+    found = model.predict(np.column_stack([v, np.tile([150.0, 1000.0, 15.0, 2.0], (len(v), 1))]))
+    assert np.max(np.abs(found - found[-1] - law(v) + law(v[-1:]))) < 0.012
