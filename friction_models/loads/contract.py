@@ -83,6 +83,8 @@ SETTING_UNITS: dict[str, str] = {
     **dict.fromkeys(("F_set", "F_n"), "N"),
     **dict.fromkeys(("psi_set",), "1"),
 }
+#: What sets a load, among these.
+SET_BY: dict[str, str] = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set"}
 QUANTITIES: dict[str, Quantity] = {q.name: q for q in (TIME, *LOADS, MU)}
 
 

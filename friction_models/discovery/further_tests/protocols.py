@@ -10,6 +10,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...loads import FloatArray, TriboLoads
+from ...loads.contract import SET_BY
 from .heating import Heating
 
 #: One test as a row of a test plan.
@@ -26,8 +27,6 @@ REST, READING = 60.0, 10.0
 RELIEVED = 0.2
 #: Sliding distance of a proposed test where the data do not say how far tests slide [mm].
 USUAL_DISTANCE = 20.0
-#: What sets a load; a load that the data lack is left out of the proposed rows.
-SET_BY = {"v_rel": "v_set", "T": "T_tool", "sigma_n": "sigma_set"}
 
 
 @dataclass(frozen=True)

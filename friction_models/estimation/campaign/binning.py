@@ -25,6 +25,7 @@ from ...loads import (
 from ...loads.contract import QUANTITIES, behind
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .clipping import about_clipping
+from .conflicting_loads import about_conflicts
 from .load_noise import without_noise
 from .load_spikes import without_load_spikes
 from .metadata import about_table, metadata_columns
@@ -240,6 +241,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     campaign.spikes = float(np.mean((mu != measured) | lone))
     campaign.system = metadata_columns(loads)
     warnings += about_units(loads, campaign.point_starts, campaign.tests)
+    warnings += about_conflicts(loads, campaign.point_starts, campaign.tests, campaign.system)
     campaign.warnings = warnings + _remarks(campaign)
     return campaign
 

@@ -183,8 +183,12 @@ class JointProblem:
         """Return the columns of all effects beside the base, and their amplitudes."""
         plain = np.column_stack([self.base[:, :0], *blocks])  # there may be no effects
         columns = self._beside.columns(self.whiten(plain))
-        reach = np.concatenate([plain[0, :0], *(self._kept_block(k, shape)[1] for k, shape in enumerate(shapes))])
-        columns.restrain(np.hypot(RESTRAINT * np.std(plain, axis=0) / self.scatter, reach / self.campaign.largest_mu))
+        reach = np.concatenate(
+            [plain[0, :0], *(self._kept_block(k, shape)[1] for k, shape in enumerate(shapes))]
+        )
+        columns.restrain(
+            np.hypot(RESTRAINT * np.std(plain, axis=0) / self.scatter, reach / self.campaign.largest_mu)
+        )
         if any(e.pooled for e in self.effects):
             x = columns.amplitudes()
             columns.draw(self.pull(blocks, np.r_[columns.base(x), x / columns.scale]))
