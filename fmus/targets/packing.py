@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.wording import counted
 from friction_models.loads import LOADS
+from friction_models.models.model_card import seen_by_card
 
 from ..archive.content import write_archive
 from ..archive.made_here import remember
@@ -168,23 +170,45 @@ def pack(
     return remember(write_archive(path, files))
 
 
+def with_diagnosis(source: FrictionSource, file: str | os.PathLike[str]) -> FrictionSource:
+    """Return a model with the verdict of a diagnosis, which ``diagnose --json`` wrote to a file, in its card.
+
+    Its note tells where that answer is about none of the tests that the model was trained on, or about another model.
+    Raises InputError: the file is no diagnosis.
+    """
+    from friction_models.discovery.answer.changes import read_diagnosis
+
+    answer = read_diagnosis(Path(file))
+    told = {key: answer[key] for key in _TAKEN if key in answer}
+    told["file_sha256"] = hashlib.sha256(Path(file).read_bytes()).hexdigest()
+    notes = [source.note] if source.note else []
+    tests, splits = answer.get("tests"), source.card.get("splits")
+    if (
+        isinstance(tests, dict)
+        and tests
+        and isinstance(splits, dict)
+        and isinstance(splits.get("train"), list)
+    ):
+        seen = seen_by_card(source.card, tests)
+        told["tests"], told["trained_on"] = len(tests), 0 if seen is None else len(seen.tests)
+        if seen is None:
+            notes.append(
+                f"{file}: this answer is about {counted(len(tests), 'test')}, and the model was trained on none of them as measured there"
+            )
+    base, name = str(answer.get("model", "")), str(source.card.get("name", "")).replace(" + ", "+")
+    if base and name and not name.startswith(base):
+        notes.append(f"{file}: this answer is about the model {base}, and the one that is packed is {name}")
+    return replace(source, card=source.card | {"diagnosis": told}, note="\n".join(notes))
+
+
 def _read(
     model: object,
     spec: str | os.PathLike[str] | None,
     target: str,
     diagnosis: str | os.PathLike[str] | None,
 ) -> FrictionSource:
-    """Read the model; the verdict of a diagnosis, which ``diagnose --json`` wrote to a file, goes into its card."""
     source = read_source(model, spec=spec, target=target)
-    if diagnosis is None:
-        return source
-    from friction_models.discovery.answer.changes import read_diagnosis
-
-    file = Path(diagnosis)
-    answer = read_diagnosis(file)
-    told = {key: answer[key] for key in _TAKEN if key in answer}
-    told["file_sha256"] = hashlib.sha256(file.read_bytes()).hexdigest()
-    return replace(source, card=source.card | {"diagnosis": told})
+    return source if diagnosis is None else with_diagnosis(source, diagnosis)
 
 
 def as_map(source: FrictionSource, **options: Any) -> FrictionSource:

@@ -28,6 +28,7 @@ from ..estimation.search.unseen_loads import testable
 from ..loads import FloatArray
 from ..models.base import FrictionModel
 from ..models.domain import Domain
+from ..models.model_card import LISTED_TESTS, test_digests
 from ..models.tangent import polynomial_columns
 from .answer.diagnosis import Diagnosis
 from .assembly import Judged, assemble
@@ -134,6 +135,8 @@ def diagnose(
     if missing is not None and judged.confirmed.shares is not None and _unexplained(judged.confirmed):
         answer.formulas = offers(missing, judged.confirmed.shares.best)
         answer.warnings += [] if answer.formulas else not_offered(missing)
+    if "test_id" in data.columns and len(campaign.tests) <= LISTED_TESTS:
+        answer.tests = test_digests(data["test_id"], data["mu"].to_numpy(dtype=float))
     answer.synthetic = bool(data.attrs.get("synthetic", False))
     stages(100, "the answer")
     return answer

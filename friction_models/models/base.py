@@ -25,14 +25,11 @@ from .effective_variance import FitWeights, Refit, by_polynomial, checked_weight
 from .intervals import LEAST_TESTS, LEVEL, check_level
 from .law import FrictionLaw, Groups, LoadsLike, Weights, as_loads
 from .measures import error_measures
-from .model_card import UNTRAINED, DataFacts, Splits, Training, test_digests, versions
+from .model_card import LISTED_TESTS, UNTRAINED, DataFacts, Splits, Training, test_digests, versions
 from .tangent import MeasuredPoints, Tangent, out_of_fold, polynomial_columns
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
-
-#: Most test names that a card lists; above that it only counts them.
-LISTED_TESTS = 1000
 
 
 class FrictionModel(FrictionLaw, Drawn):

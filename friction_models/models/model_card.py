@@ -24,6 +24,8 @@ from .measures import Measures, loads_sentence
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
 #: Significant digits of mu that count in a hash of a test: a CSV file may change the last ones.
 DIGITS = 9
+#: Of so many tests the names and hashes are kept; of more their number.
+LISTED_TESTS = 1000
 
 
 class DataFacts(TypedDict):
@@ -278,12 +280,15 @@ def seen_in_training(model: Any, tests: npt.ArrayLike, mu: FloatArray) -> Seen |
 
     `tests` is the test of each point, `mu` what was measured there, as it stands in the data; both of shape (n,).
     """
-    card = getattr(model, "card", None)
+    return seen_by_card(getattr(model, "card", None), test_digests(tests, mu))
+
+
+def seen_by_card(card: object, digests: Mapping[str, str]) -> Seen | None:
+    """Return which tests, by their `test_digests`, a card names as those of the training; None where it names none of them."""
     splits = card.get("splits") if isinstance(card, Mapping) else None
     trained = splits.get("train") if isinstance(splits, Mapping) else None
     if not isinstance(splits, Mapping) or not isinstance(trained, list):
         return None
-    digests = test_digests(tests, mu)
     known = splits.get("digests")
     checked = isinstance(known, Mapping)
     names = {str(t) for t in trained} & set(digests)

@@ -14,9 +14,10 @@ from fmus import pack
 from fmus.interface.friction_source import FrictionSource
 from fmus.source.reading import read_source
 from fmus.source.traceability import PATH, SRMD, STC, traceability_files
+from fmus.targets.packing import with_diagnosis
 from friction_models import LinearFriction
 from friction_models.common import InputError
-from friction_models.discovery import refine
+from friction_models.discovery import diagnose, refine
 
 from ..friction_models.made_up import campaign
 
@@ -119,6 +120,16 @@ def test_verdict_of_the_diagnosis_and_rounds_of_refinement_stand_in_the_packed_f
     assert found["refinement.1.judged_by"] == round_["judged_by"]
     for side in ("before", "after"):
         assert float(found[f"refinement.1.{side}.rmse"]) == pytest.approx(round_[side]["rmse"], rel=1e-5)
+    about = diagnose(points, model="constant", catalogue=["thermal_softening"]).to_dict()
+    (tmp_path / "answer.json").write_text(json.dumps(about))
+    packed = with_diagnosis(read_source(better), tmp_path / "answer.json")
+    assert packed.card["diagnosis"]["trained_on"] == 8 and packed.note == ""  # type: ignore[index]
+    elsewhere = {**about, "model": "linear", "tests": dict.fromkeys(about["tests"], "0")}  # type: ignore[call-overload]
+    (tmp_path / "answer.json").write_text(json.dumps(elsewhere))
+    packed = with_diagnosis(read_source(better), tmp_path / "answer.json")
+    assert packed.card["diagnosis"]["trained_on"] == 0  # type: ignore[index]
+    assert "about 8 tests, and the model was trained on none of them" in packed.note
+    assert "about the model linear, and the one that is packed is constant+thermal_softening" in packed.note
     (tmp_path / "answer.json").write_text(json.dumps({"verdict": "fine"}))
     with pytest.raises(InputError, match=r"answer\.json: no diagnosis; allowed: a file that diagnose --json"):
         pack(better, tmp_path / "other.fmu", target="python", diagnosis=tmp_path / "answer.json")

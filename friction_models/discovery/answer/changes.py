@@ -9,7 +9,7 @@ from typing import Literal
 from ...common import InputError
 from ...common.files import read_json
 from ...common.ranges import check_range, is_number
-from ...common.wording import first_names
+from ...common.wording import counted, first_names
 from .diagnosis import VERDICTS
 from .findings import Findings
 from .wording import confidence_text, mu_format
@@ -39,6 +39,9 @@ def read_diagnosis(path: Path) -> dict[str, object]:
             raise InputError(
                 f"{path}: error_budget.{part} = {value!r:.60}; allowed: a finite number, 0 or larger"
             )
+    tests = content.get("tests", {})  # answers of earlier versions have none
+    if not isinstance(tests, dict) or not all(isinstance(d, str) for d in tests.values()):
+        raise InputError(f"{path}: tests = {tests!r:.60}; allowed: the hash of each test by its name")
     return content
 
 
@@ -57,6 +60,10 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
     if gone := _of_other_tests(before, after):
         lines.append(
             f"  The earlier answer is of other tests ({first_names(gone)}), none of which are among these: nothing was added to them."
+        )
+    elif other := _measured_otherwise(before, after):
+        lines.append(
+            f"  Other values of mu stand in {counted(len(other), 'test')} of the same name ({first_names(other)}): not only tests were added."
         )
     row("verdict", str(before["verdict"]), after.verdict)
     row("effects", _names(before["effects"]), _names(after.effects))
@@ -79,6 +86,14 @@ def _of_other_tests(before: Mapping[str, object], after: Findings) -> list[str]:
         return []
     named = [str(w["test_id"]) for w in worst if isinstance(w, Mapping) and "test_id" in w]
     return [] if {*named} & {*after.averages["test_id"].astype(str)} else named
+
+
+def _measured_otherwise(before: Mapping[str, object], after: Findings) -> list[str]:
+    """Return the tests of an earlier diagnosis in which something else was measured than in those of the same name in this one."""
+    tests = before.get("tests")
+    if not isinstance(tests, Mapping):
+        return []
+    return [str(t) for t, digest in tests.items() if after.tests.get(str(t), digest) != digest]
 
 
 def _names(names: object) -> str:

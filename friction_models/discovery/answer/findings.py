@@ -125,6 +125,9 @@ class Findings(Drawn):
         By effect named.
     named : dict of str to Effect
         The effects named, also those that a user handed over.
+    tests : dict of str to str
+        A short hash of what was measured in each test, see `friction_models.models.model_card.test_digests`; empty where there
+        are more than `LISTED_TESTS`, or no names.
     synthetic : bool
         Whether the data says of itself that it is synthetic (``data.attrs["synthetic"]``).
     threshold : float
@@ -159,6 +162,7 @@ class Findings(Drawn):
     threshold: float
     averages: pd.DataFrame = field(repr=False)
     grounds: dict[str, float] = field(default_factory=dict, repr=False)
+    tests: dict[str, str] = field(default_factory=dict, repr=False)
     synthetic: bool = False
     formulas: list[FormulaOffer] = field(default_factory=list)
     not_first: str = ""
@@ -184,4 +188,5 @@ class Findings(Drawn):
             "residuals": plain(self.bias),
             "formulas": [offer.to_dict() for offer in self.formulas],
             "not_first": self.not_first,
+            "tests": dict(self.tests),
         }

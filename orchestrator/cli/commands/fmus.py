@@ -125,15 +125,17 @@ def pack(
         say(f"written: {path}")
         return
     from fmus.source.reading import read_source
-    from fmus.targets.packing import as_map
+    from fmus.targets.packing import as_map, with_diagnosis
 
     chosen = target or "native"
     source = read_source(_source(model), spec=spec, target=chosen)
     if chosen == "map":  # its note tells how far the map is from the model
         source, values = as_map(source, **values), {}
+    if diagnosis is not None:
+        source = with_diagnosis(source, diagnosis)
     options = {"target": chosen, "nodes": nodes, "fmi": fmi, "platforms": wanted, **values}
     options |= {key: value for key, value in (("interval", interval), ("arrays", arrays)) if value}
-    options |= {key: value for key, value in (("name", name), ("diagnosis", diagnosis)) if value is not None}
+    options |= {} if name is None else {"name": name}
     if boundary and not (ssp or out.suffix == ".ssp"):
         raise InputError("--boundary: belongs to an archive; allowed: with --ssp or a file .ssp")
     if ssp or out.suffix == ".ssp":

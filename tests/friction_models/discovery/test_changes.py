@@ -28,6 +28,12 @@ def test_more_tests_settle_what_few_could_not_and_the_text_says_so(tmp_path: Pat
     assert "(unchanged)" in unchanged and "another one" not in unchanged and "other tests" not in unchanged
     elsewhere = [{**w, "test_id": f"other-{k}"} for k, w in enumerate(after.worst_tests)]
     assert "other tests (other-0, " in changes_text({**after.to_dict(), "worst_tests": elsewhere}, after)
+    assert "Other values" not in text + unchanged
+    renamed = {
+        **after.to_dict(),
+        "tests": dict(zip(after.tests, reversed(after.tests.values()), strict=True)),
+    }
+    assert "Other values of mu stand in" in changes_text(renamed, after)
     other = changes_text({**after.to_dict(), "model": "constant"}, after)
     assert "another one: constant -> linear" in other
 
@@ -41,6 +47,10 @@ def test_more_tests_settle_what_few_could_not_and_the_text_says_so(tmp_path: Pat
         (
             '{"verdict": "explained", "effects": [], "confusion_set": []}',
             "confidence or error_budget is missing",
+        ),
+        (
+            '{"verdict": "explained", "effects": [], "confusion_set": [], "confidence": 0.5, "error_budget": {}, "tests": 3}',
+            "tests = 3",
         ),
         ("{", "before.json"),
     ],
