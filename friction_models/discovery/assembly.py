@@ -22,10 +22,10 @@ from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
-from .answer.fit_warnings import about_the_fit, jumps_in_order
+from .answer.fit_warnings import about_the_fit
 from .answer.not_first import why_not_first
 from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
-from .answer.run_order import alike_in_order
+from .answer.run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
@@ -115,6 +115,7 @@ def assemble(
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}
     on_one = resting_on_one(campaign, found, chosen if named else [])
+    instead = jumps_instead(campaign, found.columns, fitted)
     sure = min(
         sureness(
             campaign,
@@ -125,7 +126,7 @@ def assemble(
             grouped=factor is not None or bool(in_order),
             knows_noise=judged.knows_noise,
             unread=unread,
-            on_one_test=bool(on_one),
+            other_cause=bool(on_one or instead),
         ),
         most,
     )
@@ -148,7 +149,11 @@ def assemble(
     may_hide = stands_out(found, judged.confirmed) is not None
     may_hide = may_hide or any(most >= usual_mu for _, most in hidden.values())
     warnings += [level.text(f"the {base.name} model")] if level.off else []
-    warnings += [*about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
+    warnings += [
+        *about_the_noise(campaign, found),
+        *about_the_fit(campaign, fitted),
+        *about_jumps(campaign, fitted, instead),
+    ]
     doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
     proposals, inseparable = propose(campaign, _questions(judged, confusion, unread), mu, base, doubt, unread)
     if named and (len(confusion) > 1 or not proposals):

@@ -11,6 +11,7 @@ import pytest
 
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.discovery.answer.fit_warnings import about_the_fit
+from friction_models.discovery.answer.run_order import about_jumps
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.fit.parameters import fit_terms
@@ -190,8 +191,9 @@ def in_order(seed: int, moved: Callable[[np.ndarray], np.ndarray], tests: int = 
     order = pd.Series(rng.permutation(np.arange(1, tests + 1)), index=data["test_id"].unique(), name="order")
     data["mu"] += moved(data["test_id"].map(order).to_numpy(dtype=float))
     campaign = prepare(data, order.rename_axis("test_id").reset_index())
-    fitted = fit_terms(campaign, base_law(LinearFriction(), campaign), [make_effect("sensor_drift")])
-    said = [w for w in about_the_fit(campaign, fitted) if "jump" in w]
+    law = base_law(LinearFriction(), campaign)
+    fitted = fit_terms(campaign, law, [make_effect("sensor_drift")])
+    said = about_jumps(campaign, fitted, {})
     names = {int(place): str(test) for test, place in order.items()}
     return [w for w in said if f"between {names[15]} and {names[16]}," in w] + ["elsewhere"] * bool(said)
 

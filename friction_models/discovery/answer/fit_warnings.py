@@ -7,20 +7,16 @@ import numpy as np
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.parameters import FittedTerm, FittedTerms
-from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.law_signs import turning_point
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
-from ...loads.contract import ORDER, behind
-from .wording import JUMP
+from ...loads.contract import behind
 
 #: A fault of the data that makes more than this share of the measured mu of a test is worth a look at the rig.
 LARGE_FAULT = 0.1
 #: A gap in a load of this share of its tested range (on the scale of its curve), over which an effect changes by this share of its own,
 #: leaves the course of the effect to its formula.
 GAP, CHANGE = 0.3, 0.4
-#: Fewest tests before and after a jump.
-SIDE = 3
 
 
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
@@ -68,34 +64,8 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    jumps = [
-        f"{JUMP} {place}, and do not drift, as {name} says: look what was changed there (lubricant, tool, batch), and record it as a "
-        "column of the test table"
-        for name, place in jumps_in_order(campaign, fitted).items()
-    ]
-    known = at_bounds + at_limits + tied + opposed + faults + unsized + jumps
+    known = at_bounds + at_limits + tied + opposed + faults + unsized
     return [*known, *_turning(campaign, fitted), *_between(campaign, fitted)]
-
-
-def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]:
-    """Return by how much and where the levels of the tests jump in their order, for each effect that only follows such a jump."""
-    found = {}
-    for term in fitted.terms:
-        if term.effect.driver != (ORDER,) or len(campaign.tests) < 4 * SIDE:
-            continue
-        order = campaign.of_tests(campaign.metadata(ORDER))
-        sequence = np.argsort(order, kind="stable")
-        level = campaign.of_tests(term.binned + fitted.residual)[sequence]
-        n, line = len(level), np.column_stack([np.ones(len(level)), order[sequence]])
-        drift = float(np.sum((level - line @ np.linalg.lstsq(line, level, rcond=None)[0]) ** 2))
-        places = range(SIDE, n - SIDE + 1)
-        step = [float(np.var(level[:k]) * k + np.var(level[k:]) * (n - k)) for k in places]
-        k = places[int(np.argmin(step))]
-        if n * np.log(drift / max(min(step), 1e-300)) > np.log(n) + STRONG:  # its place is one more number
-            before, after = (campaign.tests[sequence[j]] for j in (k - 1, k))
-            size = float(level[k:].mean() - level[:k].mean())
-            found[term.name] = f"by {size:+.2g} between {before} and {after}"
-    return found
 
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

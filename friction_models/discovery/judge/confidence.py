@@ -129,12 +129,13 @@ def sureness(
     grouped: bool,
     knows_noise: bool,
     unread: bool,
-    on_one_test: bool,
+    other_cause: bool,
 ) -> float:
     """Return how sure a verdict is, 0 to 1, by its grounds; half as sure where these data cannot show more.
 
     `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded, in
-    two groups or in the order of the runs, the model `knows_noise` of these points, an offset of the force be `unread` beside other names, and a name rest `on_one_test`.
+    two groups or in the order of the runs, the model `knows_noise` of these points, an offset of the force be `unread` beside other
+    names, and a name have an `other_cause` that does as well: one wrong test, a jump in the order.
     """
     verdict = confirmed.verdict
     nothing = verdict == "nothing_missing"
@@ -149,7 +150,7 @@ def sureness(
         nothing and confirmed.lacks_fit,
         verdict == "unknown_structure" and off is None and confirmed.by_repeats,
         knows_noise,
-        on_one_test,
+        other_cause,
         verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
     ]
     if confirmed.parts:
