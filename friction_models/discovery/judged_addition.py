@@ -67,6 +67,8 @@ class Addition(TypedDict):
     #: Of several effects added, by the name of each: the errors ``after`` without it, the others fitted anew, and whether it is
     #: ``needed``, that is whether the RMSE without it is higher by more than chance; not in older files.
     without: NotRequired[dict[str, dict[str, Any]]]
+    #: What of the fitted parameters is not known; not in older files.
+    warnings: NotRequired[list[str]]
 
 
 def models_to_judge(

@@ -18,6 +18,8 @@ from ..effects.base import Effect
 from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.factors import check_factors
 from ..estimation.campaign.metadata import with_all_metadata
+from ..estimation.fit.joint_fit import surrogate
+from ..estimation.fit.parameters import fit_terms
 from ..families.composed import ComposedFriction
 from ..families.refinement_history import rise_text
 from ..families.registry import make_model
@@ -26,6 +28,7 @@ from ..loads.dataset import TRAINING, roles_of
 from ..loads.splits import Mask
 from ..models.base import FrictionModel
 from ..models.domain import Domain
+from .answer.fit_warnings import about_the_fit
 from .judge.unseen_tests import folds_of, names_of
 from .judged_addition import judged_addition, models_to_judge, unseen_predictions
 from .judged_tests import tests_beside, without_odd
@@ -134,6 +137,9 @@ def refine(
                 f"refine: adding {', '.join(e.name for e in added)} raises the error on {by} from "
                 f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or --force (in Python force=True)"
             )
+        learned = campaign if held is None else campaign.part(rows)
+        terms = fit_terms(learned, surrogate(clone(inner), learned), held_effects)
+        entry["warnings"] = about_the_fit(learned, terms)
         history.append(entry)
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
     fitted.error_history_ = history
@@ -174,6 +180,8 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
                 f"     {' and '.join(faults)}: correct{'s' if len(faults) == 1 else ''} the data the model is fitted to and judged by; "
                 "not in its predictions, not in exported files"
             )
+    if warnings := history[-1].get("warnings"):
+        lines += ["Read the parameters with care", *(f"  - {w}" for w in warnings)]
     return "\n".join(lines) + "\n"
 
 

@@ -116,4 +116,5 @@ OPTIONAL: dict[str, Callable[[Any], bool]] = {
     "rose": _is_truth,
     "refitted": _are_measures,
     "without": _are_left_out,
+    "warnings": _are_texts,
 }

@@ -44,7 +44,7 @@ def _settling(s: DemoSummary) -> list[str]:
     for r in s["rounds"]:
         lines += [
             f"  {r['protocol']}: {setpoints_text(r['setpoints'])}",
-            f"    expected to tell {' from '.join(r['separates'])} by {r['expected_t']:.1f} standard errors, {r['entropy_reduction']:.2f} bits",
+            f"    expected to tell {' from '.join(r['separates'])} by {r['expected_t']:.3g} standard errors, {r['entropy_reduction']:.2f} bits",
             *(f"    {line}" for line in r["changed"].rstrip().splitlines()[1:]),
         ]
     return [*lines, ""]

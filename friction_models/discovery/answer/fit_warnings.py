@@ -31,7 +31,7 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     ]
     at_limits = [
         f"{term.name}: the fit drives {name} to {term.shape[name]:.4g}{behind(shape.unit)}, as far as it is sought for these tests "
-        f"({low:.4g} to {high:.4g}): they show a part of the law only, so neither {name} nor the size of the effect is known"
+        f"({low:.4g} to {high:.4g}): they show a part of the law only, so {name} is not known, and the other intervals hold beside this value only"
         for term in fitted.terms
         for name in term.at_limits
         for shape in term.effect.shapes
@@ -82,7 +82,7 @@ def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
             way, other, least = ("falls", "rises", "lowest") if falls else ("rises", "falls", "highest")
             said.append(
                 f"{term.name} {way} with {name}, and the model beside it {other}: together mu is {least} at about "
-                f"{turn:.2g}{behind(POINT_UNITS[name])}"
+                f"{turn:.3g}{behind(POINT_UNITS[name])}"
             )
     return said
 
@@ -98,7 +98,7 @@ def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
             unit = behind(POINT_UNITS[name])
             where = ", nor ".join(f"between {low:.3g} and {high:.3g}{unit}" for low, _, high, _ in gaps)
             changes = " and ".join(f"{change:.2g}" for *_, change in gaps)
-            middles = " and ".join(f"{middle:.2g}" for _, middle, _, _ in gaps)
+            middles = " and ".join(f"{middle:.3g}" for _, middle, _, _ in gaps)
             tests = "tests" if len(gaps) > 1 else "a test"
             said.append(
                 f"no test measured {name} {where}, and {term.name} changes by {changes} in between: how, only its formula says, and "

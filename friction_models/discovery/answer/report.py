@@ -42,14 +42,15 @@ def _next(d: Findings) -> list[str]:
     if not d.next_tests:
         return []
     lines = [
-        "What to test next (entropy of the answer that it should remove; standard errors by which it tells two apart)"
+        "What to test next (bits: entropy of the answer that it should remove, 1 between two that are equally likely; standard errors by "
+        "which it tells two apart)"
     ]
     if about := about_next_tests(d.verdict):
         lines.append(f"  ({about})")
     return lines + [
         f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {n['entropy_reduction']:.2f} bits"
         + (f" by {n['tests']} tests" if n["tests"] > 1 else "")
-        + f"; {' from '.join(n['separates'])}: {n['expected_t']:.1f}"
+        + f"; {' from '.join(n['separates'])}: {n['expected_t']:.3g}"
         for n in d.next_tests
     ]
 

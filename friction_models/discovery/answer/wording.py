@@ -99,24 +99,28 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
 
 
 def parts_of_floor(floor: NoiseFloorNumbers) -> str:
-    """Return the parts of a noise floor in words; empty where they do not add up to it.
+    """Return the parts of a noise floor in words; empty where they are far from adding up to it.
 
     They were estimated beside the effect that leads, and the total by unseen tests: averages that carry no weight, and what a
-    formula misses, are in the one only.
+    formula misses, are in the one only. So their shares are told. What is neither scatter of the tests nor drift is the sensor's,
+    whose noise averages have less of than single points.
 
     Examples
     --------
     >>> found = {"sensor": 0.002, "test": 0.003, "drift": 0.0, "total": 0.0032, "interval": [0.003, 0.005]}
     >>> parts_of_floor(found)
-    'test scatter 0.00300, drift 0.00000, sensor 0.00200'
+    'of its square 88 % test scatter, 0 % drift, 12 % sensor, which has 0.00200 a point'
     >>> parts_of_floor({**found, "total": 0.0071})
     ''
     """
     apart, sensor, total = math.hypot(floor["test"], floor["drift"]), floor["sensor"], floor["total"]
     if not (ADDS_UP * apart <= total and ADDS_UP * total <= math.hypot(apart, sensor)):
         return ""
-    f = mu_format(total)
-    return f"test scatter {floor['test']:{f}}, drift {floor['drift']:{f}}, sensor {sensor:{f}}"
+    tests, drift = (100.0 * floor[part] ** 2 / max(total, apart) ** 2 for part in ("test", "drift"))
+    return (
+        f"of its square {tests:.0f} % test scatter, {drift:.0f} % drift, {max(100.0 - tests - drift, 0.0):.0f} % sensor, which has "
+        f"{sensor:{mu_format(total)}} a point"
+    )
 
 
 def about_next_tests(verdict: str) -> str:

@@ -283,7 +283,10 @@ def _inseparable(campaign: BinnedTests, found: SearchRound, first: Fit, rival: F
     text = f"{first.name} and {rival.name}: "
     if drivers[0] == drivers[1]:
         text += f"same driver ({', '.join(drivers[0])}), other formula; "
-    text += f"no test that could be proposed is expected to separate them (at best {best:.1f} standard errors, {ENOUGH:g} are needed); "
+    if best < USELESS:
+        text += "no test that could be proposed tells them apart; "
+    else:
+        text += f"no test that could be proposed is expected to separate them (at best {best:.3g} standard errors, {ENOUGH:g} are needed); "
     text += f"in the tests that are there they differ by {apart:.2g} in mu (rms)"
     if apart**2 < LEAST_SHARE * found.floor.total**2:
         text += ", too little to matter: within the tested range either predicts alike"

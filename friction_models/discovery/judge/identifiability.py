@@ -53,7 +53,8 @@ def limits(campaign: BinnedTests, base: BaseLaw, evidence: Evidence) -> list[str
         flat = [n for n in LOAD_NAMES if campaign.varies(n) and within_share(campaign, n) < WITHIN]
         if flat:
             notes.append(
-                f"{' and '.join(flat)} hardly {'varies' if len(flat) == 1 else 'vary'} within tests: the shape of such an effect rests on its levels alone"
+                f"{' and '.join(flat)} hardly {'varies' if len(flat) == 1 else 'vary'} within tests: what is said of effects of "
+                f"{'it' if len(flat) == 1 else 'them'} rests on the levels of the tests alone"
             )
     if base.name.split("+")[0] in FLEXIBLE:
         notes.append(

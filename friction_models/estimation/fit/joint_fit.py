@@ -46,7 +46,7 @@ def fit_jointly(
     """
     campaign = campaign_of(loads, mu, groups)
     campaign.system = dict(system)
-    law = _surrogate(base, campaign)
+    law = surrogate(base, campaign)
     problem = solve_jointly(campaign, law, effects, weights)
     coefficients, amplitudes = problem.solve(problem.shapes)
     fitted = clone(base)
@@ -68,7 +68,7 @@ def fit_jointly(
     return JointFit(fitted, problem.shapes, named, noise_floor)
 
 
-def _surrogate(base: FrictionModel, campaign: BinnedTests) -> BaseLaw:
+def surrogate(base: FrictionModel, campaign: BinnedTests) -> BaseLaw:
     """Return columns that stand for the base while the effects are identified."""
     if base.form != "flexible":
         return base_law(base, campaign)

@@ -124,7 +124,7 @@ def _settled(demo: DemoFolder) -> str:
     """Return which further tests were run, and what each was expected to tell and told."""
     rows = [
         (
-            r["protocol"], setpoints_text(r["setpoints"]), " / ".join(r["separates"]), f"{r['expected_t']:.1f}",
+            r["protocol"], setpoints_text(r["setpoints"]), " / ".join(r["separates"]), f"{r['expected_t']:.3g}",
             f"{r['entropy_reduction']:.2f}", ", ".join(r["before"]), ", ".join(r["after"]) or "none",
         )
         for r in demo.summary["rounds"]

@@ -81,5 +81,7 @@ def _history(history: list[Addition]) -> list[str]:
         f"Each round against the ordinary fit of the model before it, over all points of the unseen tests. {INTERVALS} The error budget "
         "of a diagnosis averages the points first, so its numbers are smaller by the noise of the sensor."
     )
-    notes = bullets([note for entry in history for note in round_notes(entry)])
+    notes = bullets(
+        [*(note for entry in history for note in round_notes(entry)), *history[-1].get("warnings", [])]
+    )
     return [judged(history[-1], history[-1]), notes, table(headings, rows, range(4, 7), caption=caption)]

@@ -83,7 +83,7 @@ def budget_html(found: DiagnosisNumbers) -> str:
         budget_chart(floor, explained, missing, bool(named)),
         f"Averages of the tests, divided as the prediction of whole unseen tests shows it. Noise floor: {noise['total']:{f}}"
         f"{interval}{'; ' if source else ''}{source}. "
-        f"{f'In the records: {parts}.' if parts else ''}",
+        f"{f'The floor has {parts}.' if parts else ''}",
         "Error budget before and after: noise floor, explained by what is named, still missing.",
     )
 
@@ -165,7 +165,7 @@ def next_tests_html(found: DiagnosisNumbers) -> str:
     """Return the proposed tests as a table, empty where there are none."""
     rows = [
         (
-            t["protocol"], setpoints_text(t["setpoints"]), " / ".join(t["separates"]), f"{t['expected_t']:.1f}",
+            t["protocol"], setpoints_text(t["setpoints"]), " / ".join(t["separates"]), f"{t['expected_t']:.3g}",
             t.get("repeats", "-"), f"{t['entropy_reduction']:.2f}" if "entropy_reduction" in t else "-", len(t["plan"]),
         )
         for t in found.get("next_tests", [])

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery import diagnose, refine
+from friction_models.discovery.refinement import history_text
 from friction_models.loads import FloatArray
 
 from .test_next_tests import made
@@ -22,7 +23,7 @@ def between(speeds: tuple[float, ...]) -> list[str]:
 def test_a_fall_that_no_test_saw_is_a_matter_of_the_formula() -> None:
     (said,) = between((5.0, 10.0, 400.0, 900.0))
     assert "v_rel between 10 and 400 mm/s" in said
-    assert "a test at about 63 mm/s would" in said
+    assert "a test at about 63.2 mm/s would" in said
 
 
 def test_tests_in_the_fall_need_no_warning() -> None:
@@ -75,3 +76,5 @@ def test_below_the_slowest_test_friction_stays_within_what_was_seen() -> None:
     v = np.array([0.0, 2.0, 4.0, 8.0, 12.0, 20.0, 400.0])
     found = model.predict(np.column_stack([v, np.tile([150.0, 1000.0, 15.0, 2.0], (len(v), 1))]))
     assert np.max(np.abs(found - found[-1] - law(v) + law(v[-1:]))) < 0.012
+    text = history_text(model.error_history_)  # type: ignore[attr-defined]
+    assert "Read the parameters with care" in text and "no test measured v_rel between 5 and 50 mm/s" in text

@@ -92,7 +92,7 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         grouped=False,
         knows_noise=False,
         unread=False,
-        on_one_test=False,
+        other_cause=False,
     )
     assert (said > 0.9) is sure and (sure or said <= 0.5)
 
