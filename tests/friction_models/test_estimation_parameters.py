@@ -88,6 +88,34 @@ def test_intervals_hold_what_few_tests_tell() -> None:
     assert inside >= 0.9 * of, (inside, of)
 
 
+def at_three_speeds(seed: int) -> BinnedTests:
+    """Return tests at three speeds, which do not tell how a fall and the slope of a line share what they show."""
+    rng = np.random.default_rng([seed, 33])
+    frames = []
+    for k in range(27):
+        v_rel, sd = (5.0, 50.0, 400.0)[k % 3], np.linspace(0.3, 30.0, 10)
+        mu = (
+            0.1
+            + 0.035 * np.exp(-((v_rel / 25.0) ** 0.9))
+            + rng.normal(0.0, 0.0015)
+            + rng.normal(0.0, 0.001, 10)
+        )
+        frames.append(pd.DataFrame({"test_id": f"t{k:02d}", "v_rel": v_rel, "sd": sd, "mu": mu}))
+    return prepare(pd.concat(frames, ignore_index=True))
+
+
+def test_what_the_levels_of_a_plan_leave_open_is_not_known() -> None:
+    """Of four parameters of the speed three levels tell two: the interval of delta_s was 0.021 to 0.022, and the truth 0.035."""
+    inside = {"delta_s": 0, "v_s": 0, "d": 0}
+    for seed in range(12):
+        campaign = at_three_speeds(seed)
+        (term,) = fit_terms(campaign, base_law(LinearFriction(), campaign), [make_effect("stribeck")]).terms
+        for name, truth in (("delta_s", 0.035), ("v_s", 25.0), ("d", 0.9)):
+            low, high = term.intervals[name]
+            inside[name] += low <= truth <= high
+    assert all(n >= 10 for n in inside.values()), inside
+
+
 def lots(seed: int) -> BinnedTests:
     """Return tests with lots of lubricant that lie at levels of their own: 13, 10, 6 and 3 tests of them."""
     rng = np.random.default_rng([seed, 51])

@@ -140,7 +140,7 @@ class JointProblem:
         return [self._kept_block(k, shape)[0] for k, shape in enumerate(shapes)]
 
     def _kept_block(self, k: int, shape: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
-        """Return the basis of an effect in the bins, shape (m, amplitudes), and by how much each column changes from rest on."""
+        """Return the basis of an effect in the bins, shape (m, amplitudes), and by how much each column goes beyond them at rest."""
         key = k, tuple(shape.items())
         if key not in self._blocks:
             if len(self._blocks) == MOST_KEPT:
@@ -150,14 +150,15 @@ class JointProblem:
         return self._blocks[key]
 
     def _reach(self, k: int, shape: Mapping[str, float], block: FloatArray) -> FloatArray:
-        """Return the largest change of each column from rest to the fastest test, shape (amplitudes,); 0 with memory.
+        """Return by how much more each column changes from rest on than it does in the tests, shape (amplitudes,); 0 with memory.
 
         Every sliding starts from rest, mostly slower than any speed of a plan.
         """
         effect = self.effects[k]
         if effect.states or "v_rel" not in effect.driver:
             return np.zeros(block.shape[1])
-        return np.ptp(np.vstack([block, bin_means(effect, self._at_rest, self.mu, shape)[:, 0]]), axis=0)
+        at_rest = bin_means(effect, self._at_rest, self.mu, shape)[:, 0]
+        return np.ptp(np.vstack([block, at_rest]), axis=0) - np.ptp(block, axis=0)
 
     @cached_property
     def _at_rest(self) -> BinnedTests:

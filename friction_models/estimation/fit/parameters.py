@@ -13,12 +13,17 @@ from ...loads import FloatArray
 from ..campaign.binning import BinnedTests
 from ..campaign.factors import as_fitted
 from ..search.base_law import BaseLaw
+from ..search.law_signs import largest_amplitudes
 from .joint_problem import JointProblem, solve_jointly
 
 #: Step of shape parameters for the derivative, relative to their value.
 STEP = 1e-3
 #: Correlation of two estimates from which on it is said.
 TIED = 0.9
+#: Of the squares of what the data tell best: what they tell less of is left open.
+OPEN = 1e-10
+#: Standard deviations from one end of what a parameter is sought in to the other.
+REACHES = 2.0
 #: How sure the mean of pooled levels is zero, by what the data say of one level.
 MEAN_KNOWN = 1e3
 
@@ -97,13 +102,14 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
         residual = residual - block @ values
     names, columns, places = _jacobian(problem, blocks, amplitudes)
     known = _known_before(problem, blocks, columns, places)
-    width, covariance = _half_widths(campaign, problem, columns, residual, known)
+    sought = _sought(problem, blocks, columns, places)
+    width, covariance = _half_widths(campaign, problem, columns, residual, known, sought)
     terms = []
     for k, (effect, shape, values, block) in enumerate(
         zip(effects, problem.shapes, amplitudes, blocks, strict=True)
     ):
         named = {a.name: float(v) for a, v in zip(effect.amplitudes, values, strict=True)}
-        intervals = {}
+        limits, intervals = {s.name: problem.limits(k, s) for s in effect.free_shapes}, {}
         for name, place in places[k].items():
             half = float(width[problem.base.shape[1] + place])
             if name in named:
@@ -111,9 +117,12 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
             else:
                 bounds = next(s for s in effect.shapes if s.name == name)
                 middle = bounds.inner(shape[name])
-                intervals[name] = (bounds.outer(middle - half), bounds.outer(middle + half))
-        sought = {s.name: problem.limits(k, s) for s in effect.free_shapes}
-        terms.append(FittedTerm(effect, dict(shape), named, intervals, block @ values, sought))
+                low, high = limits[name]
+                intervals[name] = (
+                    max(bounds.outer(middle - half), low),
+                    min(bounds.outer(middle + half), high),
+                )
+        terms.append(FittedTerm(effect, dict(shape), named, intervals, block @ values, limits))
     return FittedTerms(
         terms, residual, _tied(names, covariance[problem.base.shape[1] :, problem.base.shape[1] :])
     )
@@ -173,22 +182,52 @@ def _known_before(
     return known
 
 
+def _sought(
+    problem: JointProblem, blocks: list[FloatArray], columns: FloatArray, places: list[dict[str, int]]
+) -> FloatArray:
+    """Return the standard deviations of parameters that may lie anywhere they are sought, for columns of norm 1; 0 of the base."""
+    found = np.zeros(columns.shape[1])
+    p = problem.base.shape[1]
+    for k, (effect, own, block) in enumerate(zip(problem.effects, places, blocks, strict=True)):
+        for amplitude, most in zip(
+            effect.amplitudes, largest_amplitudes(problem.campaign, block), strict=True
+        ):
+            found[p + own[amplitude.name]] = most
+        for shape in effect.free_shapes:
+            if shape.name in own:
+                low, high = (shape.inner(end) for end in problem.limits(k, shape))
+                found[p + own[shape.name]] = high - low
+    return found * np.linalg.norm(columns, axis=0) / REACHES
+
+
 def _half_widths(
-    campaign: BinnedTests, problem: JointProblem, columns: FloatArray, residual: FloatArray, known: FloatArray
+    campaign: BinnedTests,
+    problem: JointProblem,
+    columns: FloatArray,
+    residual: FloatArray,
+    known: FloatArray,
+    sought: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return half of the 95 % interval of every parameter, and their covariance; `known` is that of `_known_before`."""
+    """Return half of the 95 % interval of every parameter, and their covariance; `known` is that of `_known_before`.
+
+    Along what the levels of a plan leave open a parameter may lie anywhere in what is `sought`, that of `_sought`.
+    """
     tests, free = len(campaign.tests), columns.shape[1]
     norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     unit = columns / norms
-    inverse = np.linalg.pinv(unit.T @ unit + known, rcond=1e-10)
+    size, along = np.linalg.eigh(unit.T @ unit + known)
+    told = size > OPEN * size[-1]
+    inverse = along[:, told] / size[told] @ along[:, told].T
+    untold = along[:, ~told] @ along[:, ~told].T
+    left_open = untold * sought**2 @ untold
     white = np.asarray(problem.whiten(residual))
-    plain = inverse * float(white @ white) / max(len(white) - free, 1)
+    plain = inverse * float(white @ white) / max(len(white) - free, 1) + left_open
     scores = np.zeros((tests, free))
     np.add.at(scores, campaign.test, unit * white[:, None])
     for test in range(tests):
         own = unit[campaign.test == test]
         scores[test] = np.linalg.lstsq(np.eye(free) - own.T @ own @ inverse, scores[test], rcond=1e-6)[0]
-    clustered = inverse @ (scores.T @ scores) @ inverse * (tests - 1) / tests
+    clustered = inverse @ (scores.T @ scores) @ inverse * (tests - 1) / tests + left_open
     variance = np.maximum(np.diag(clustered), np.diag(plain))
     chosen = clustered if tests > free else plain
     degrees = max(min(tests - 1, len(white) - free), 1)
