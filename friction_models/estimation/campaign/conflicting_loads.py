@@ -44,14 +44,13 @@ def about_conflicts(
     if "T" not in loads.absent and "T_tool" in held:
         said += _about_kelvin(loads.T[starts] - held["T_tool"], names)
     means = {n: _means(getattr(loads, n), starts) for n in SET_BY if n not in loads.absent}
-    exchanged = {
-        frozenset(
-            (a, b)
-        ): f"{b} is what {SET_BY[a]} says, and {a} is not: are they exchanged? {a} is expected in {POINT_UNITS[a]}, "
-        f"{b} in {POINT_UNITS[b]}"
-        for a, b in permutations(means, 2)
-        if SET_BY[a] in held and _is_set(means[b], held[SET_BY[a]], means[a])
-    }
+    exchanged: dict[frozenset[str], str] = {}
+    for a, b in permutations(means, 2):
+        if SET_BY[a] in held and _is_set(means[b], held[SET_BY[a]], means[a]):
+            exchanged[frozenset((a, b))] = (
+                f"{b} is what {SET_BY[a]} says, and {a} is not: are they exchanged? {a} is expected in {POINT_UNITS[a]}, "
+                f"{b} in {POINT_UNITS[b]}"
+            )
     said += exchanged.values()
     if "psi" not in loads.absent and loads.psi.min() < LEAST_PSI:
         shrunk = np.minimum.reduceat(loads.psi, starts) < LEAST_PSI
