@@ -200,11 +200,7 @@ class UnseenTestsJudge:
             for k, f in enumerate(kept)
             if f.effect.kind != "fault" and any(loads[k] & other for j, other in enumerate(loads) if j != k)
         }
-        unknown = {
-            t.name
-            for t in fitted.terms
-            if all(t.intervals[a][0] <= 0.0 <= t.intervals[a][1] for a in t.amplitudes)
-        } & sharing
+        unknown = {t.name for t in fitted.terms if not t.sized} & sharing
         base = fitted.base(self.campaign)
         imitating = {
             t.name

@@ -41,6 +41,8 @@ class FittedTerm:
     binned: FloatArray  #: Its share of mu in the bins, shape (m,).
     #: Between which values the shape parameters were sought: what is allowed, and not too far from what was tested.
     sought: dict[str, tuple[float, float]]
+    #: Whether by what the tests tell not all amplitudes may be zero, whatever the levels of their plan leave open.
+    sized: bool
 
     @property
     def name(self) -> str:
@@ -103,7 +105,7 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
     names, columns, places = _jacobian(problem, blocks, amplitudes)
     known = _known_before(problem, blocks, columns, places)
     sought = _sought(problem, blocks, columns, places)
-    width, covariance = _half_widths(campaign, problem, columns, residual, known, sought)
+    (width, told), covariance = _half_widths(campaign, problem, columns, residual, known, sought)
     terms = []
     for k, (effect, shape, values, block) in enumerate(
         zip(effects, problem.shapes, amplitudes, blocks, strict=True)
@@ -122,7 +124,8 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
                     max(bounds.outer(middle - half), low),
                     min(bounds.outer(middle + half), high),
                 )
-        terms.append(FittedTerm(effect, dict(shape), named, intervals, block @ values, limits))
+        sized = any(abs(v) > told[problem.base.shape[1] + places[k][name]] for name, v in named.items())
+        terms.append(FittedTerm(effect, dict(shape), named, intervals, block @ values, limits, sized))
     return FittedTerms(
         terms, residual, _tied(names, covariance[problem.base.shape[1] :, problem.base.shape[1] :])
     )
@@ -208,7 +211,8 @@ def _half_widths(
     known: FloatArray,
     sought: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return half of the 95 % interval of every parameter, and their covariance; `known` is that of `_known_before`.
+    """Return half of the 95 % interval of every parameter, as it is and as it were without what is left open, shape (2, free), and
+    their covariance; `known` is that of `_known_before`.
 
     Along what the levels of a plan leave open a parameter may lie anywhere in what is `sought`, that of `_sought`.
     """
@@ -221,18 +225,18 @@ def _half_widths(
     untold = along[:, ~told] @ along[:, ~told].T
     left_open = untold * sought**2 @ untold
     white = np.asarray(problem.whiten(residual))
-    plain = inverse * float(white @ white) / max(len(white) - free, 1) + left_open
+    plain = inverse * float(white @ white) / max(len(white) - free, 1)
     scores = np.zeros((tests, free))
     np.add.at(scores, campaign.test, unit * white[:, None])
     for test in range(tests):
         own = unit[campaign.test == test]
         scores[test] = np.linalg.lstsq(np.eye(free) - own.T @ own @ inverse, scores[test], rcond=1e-6)[0]
-    clustered = inverse @ (scores.T @ scores) @ inverse * (tests - 1) / tests + left_open
-    variance = np.maximum(np.diag(clustered), np.diag(plain))
-    chosen = clustered if tests > free else plain
+    clustered = inverse @ (scores.T @ scores) @ inverse * (tests - 1) / tests
+    variance = np.maximum(np.maximum(np.diag(clustered), np.diag(plain)), 0.0)
+    chosen = (clustered if tests > free else plain) + left_open
     degrees = max(min(tests - 1, len(white) - free), 1)
-    half = float(stdtrit(degrees, 0.975)) * np.sqrt(np.maximum(variance, 0.0)) / norms
-    return half, chosen / np.maximum(np.outer(norms, norms), 1e-300)
+    both = np.sqrt([variance + np.diag(left_open), variance])
+    return float(stdtrit(degrees, 0.975)) * both / norms, chosen / np.maximum(np.outer(norms, norms), 1e-300)
 
 
 def _tied(names: list[str], covariance: FloatArray) -> list[tuple[str, str, float]]:
