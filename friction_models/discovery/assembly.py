@@ -22,7 +22,7 @@ from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
-from .answer.fit_warnings import about_the_fit
+from .answer.fit_warnings import about_the_fit, draws_another_law
 from .answer.not_first import why_not_first
 from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
 from .answer.run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
@@ -115,7 +115,7 @@ def assemble(
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}
     on_one = resting_on_one(campaign, found, chosen if named else [])
-    instead = jumps_instead(campaign, found.columns, fitted)
+    instead = jumps_instead(campaign, found, fitted)
     sure = min(
         sureness(
             campaign,
@@ -126,7 +126,7 @@ def assemble(
             grouped=factor is not None or bool(in_order),
             knows_noise=judged.knows_noise,
             unread=unread,
-            other_cause=bool(on_one or instead),
+            other_cause=bool(on_one or instead) or draws_another_law(campaign, fitted),
         ),
         most,
     )

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from friction_models.discovery import diagnose
 from friction_models.estimation.campaign.binning import prepare
 
 
@@ -76,8 +77,8 @@ def shrunk(points: pd.DataFrame, tests: pd.DataFrame) -> None:
     [
         (metres_a_second, "sd of 1 test (t03) grows 1000 times as far as v_rel gives over t"),
         (milliseconds, "sd of all tests grows 0.001 times as far as v_rel gives over t"),
-        (kelvin, "T of 2 tests (t01, t02) is about 273 above T_tool: is it in K?"),
-        (tool_in_kelvin, "T_tool of all tests is about 273 above T: is it in K?"),
+        (kelvin, "T of 2 tests (t01, t02) starts 273 above T_tool: is it in K?"),
+        (tool_in_kelvin, "T_tool of all tests starts 273 above T: is it in K?"),
         (exchanged, "T is what sigma_set says, and sigma_n is not: are they exchanged?"),
         (shrunk, "psi of 1 test (t05) falls to 0.5: below 1 the surface shrinks"),
     ],
@@ -86,6 +87,30 @@ def test_what_cannot_be_right_is_told(fault: Callable[[pd.DataFrame, pd.DataFram
     points, tests = campaign()
     fault(points, tests)
     assert any(w.startswith(said) for w in told(points, tests)), told(points, tests)
+
+
+def counter(points: pd.DataFrame, tests: pd.DataFrame) -> None:
+    points["t"] = points.groupby("test_id").cumcount().astype(float)
+
+
+def test_a_counter_is_no_time() -> None:
+    points, tests = campaign()
+    counter(points, tests)
+    assert any("one of them is not what its name says" in w for w in told(points, tests)), told(points, tests)
+
+
+def test_a_rest_under_load_is_no_wrong_unit() -> None:
+    """Without rows of no speed the step over it has the speed of both sides, and an hour."""
+    points, tests = campaign()
+    late = points.groupby("test_id").cumcount() >= 12
+    assert told(points.assign(t=points["t"] + 3600.0 * late), tests) == []
+
+
+@pytest.mark.parametrize("wrong", [293.15 + 120.0, 2000.0])
+def test_one_wrong_temperature_of_the_tool_does_not_end_a_diagnosis(wrong: float) -> None:
+    points, tests = campaign()
+    tests.loc[tests["test_id"] == "t07", "T_tool"] = wrong
+    assert diagnose(points, tests).verdict
 
 
 def test_without_time_nothing_is_said_of_the_distance() -> None:

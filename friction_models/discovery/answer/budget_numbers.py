@@ -12,6 +12,9 @@ from ..judge.confirmation import Confirmation
 from ..judge.level_offset import LevelOffset
 from .findings import ErrorBudget
 
+#: Ratio of the parts of the floor to its total from which on they come near it.
+ADDS_UP = 0.75
+
 
 def budget_numbers(
     campaign: BinnedTests,
@@ -56,9 +59,19 @@ def budget_numbers(
     low, high = floor["interval"]
     floor = {**floor, "interval": [min(low, total), max(high, total)], "total": total}
     # the parts were estimated beside the first effect, and may hold what further names or the reference explain
+    parts = _parts(campaign, found)
+    if ADDS_UP * total <= float(np.sqrt(sum(parts.values()))) <= total / ADDS_UP:
+        floor["shares"] = {name: part / sum(parts.values()) for name, part in parts.items()}
     floor["test"], floor["drift"] = min(floor["test"], total), min(floor["drift"], total)
     explained = max(whole - left - missing, 0.0)
     return floor, {"floor": total, "explained": float(np.sqrt(explained)), "missing": float(np.sqrt(missing))}
+
+
+def _parts(campaign: BinnedTests, found: SearchRound) -> dict[str, float]:
+    """Return the mean squares of test scatter, drift and sensor in the averages; the noise of the sensor falls with their points."""
+    floor = found.floor
+    points = float(campaign.count.sum()) / len(campaign.count)
+    return {"test": floor.test**2, "drift": floor.drift**2, "sensor": floor.bin_sensor**2 / points}
 
 
 def _mean_square(campaign: BinnedTests, values: FloatArray) -> float:

@@ -65,6 +65,10 @@ def changes_text(before: Mapping[str, object], after: Findings) -> str:
         lines.append(
             f"  Other values of mu stand in {counted(len(other), 'test')} of the same name ({first_names(other)}): not only tests were added."
         )
+    elif left_out := [str(t) for t in _hashes(before) if after.tests and t not in after.tests]:
+        lines.append(
+            f"  {counted(len(left_out), 'test')} of the earlier answer are not among these ({first_names(left_out)})."
+        )
     row("verdict", str(before["verdict"]), after.verdict)
     row("effects", _names(before["effects"]), _names(after.effects))
     row("not told apart", _names(before["confusion_set"]), _names(after.confusion_set))
@@ -90,10 +94,13 @@ def _of_other_tests(before: Mapping[str, object], after: Findings) -> list[str]:
 
 def _measured_otherwise(before: Mapping[str, object], after: Findings) -> list[str]:
     """Return the tests of an earlier diagnosis in which something else was measured than in those of the same name in this one."""
+    return [str(t) for t, digest in _hashes(before).items() if after.tests.get(str(t), digest) != digest]
+
+
+def _hashes(before: Mapping[str, object]) -> Mapping[str, object]:
+    """Return what was measured in each test of an earlier diagnosis; nothing in those of earlier versions."""
     tests = before.get("tests")
-    if not isinstance(tests, Mapping):
-        return []
-    return [str(t) for t, digest in tests.items() if after.tests.get(str(t), digest) != digest]
+    return tests if isinstance(tests, Mapping) else {}
 
 
 def _names(names: object) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.parameters import FittedTerm, FittedTerms
-from ...estimation.search.law_signs import turning_point
+from ...estimation.search.law_signs import imitates, turning_point
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
 from ...loads.contract import behind
@@ -66,6 +66,20 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     ]
     known = at_bounds + at_limits + tied + opposed + faults + unsized
     return [*known, *_turning(campaign, fitted), *_between(campaign, fitted)]
+
+
+def draws_another_law(campaign: BinnedTests, fitted: FittedTerms) -> bool:
+    """Return whether a name that stands alone, or rivals of it, draws another law along its load by cancelling slopes of the base.
+
+    Where several names are left, which of them is right may be open; that mu as a whole goes the other way is not.
+    """
+    if len(fitted.terms) != 1:
+        return False
+    (term,) = fitted.terms
+    name, *others = term.effect.driver
+    if others or term.effect.kind == "fault" or not campaign.varies(name):
+        return False
+    return imitates(campaign, name, fitted.base(campaign), term.binned, sure=True)
 
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.fit.parameters import FittedTerms
 from ...estimation.noise.reference_variances import STRONG
+from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray
 from ...loads.contract import ORDER
 from .wording import JUMP
@@ -89,12 +90,12 @@ def about_jumps(
 
 
 def jumps_instead(
-    campaign: BinnedTests, columns: FloatArray, fitted: FittedTerms
+    campaign: BinnedTests, found: SearchRound, fitted: FittedTerms
 ) -> dict[str, tuple[str, str]]:
-    """Return the tests between which a jump describes the levels as well as an effect of the loads in its place, by effect.
+    """Return the tests between which a jump describes them as well as an effect of the loads in its place, by effect.
 
-    As well is by Schwarz's criterion with a test as the unit: a jump has a size and a place, an effect mostly more parameters.
-    `columns`, shape (m, p), are those of the base in the bins.
+    As well is by Schwarz's criterion with a test as the unit, at the noise of a search: a jump has a size and a place, an effect
+    mostly more parameters.
     """
     tests = len(campaign.tests)
     terms = [t for t in fitted.terms if not t.effect.metadata]
@@ -103,25 +104,25 @@ def jumps_instead(
     order = campaign.of_tests(campaign.metadata(ORDER))
     sequence = np.argsort(order, kind="stable")
     rank = np.argsort(sequence)[campaign.test]
-    root = np.sqrt(campaign.count)[:, None]
     places = np.arange(SIDE, tests - SIDE + 1)
-    base = np.linalg.qr(root * columns)[0]
+    base = np.linalg.qr(found.whiten(found.columns))[0]
 
     def beside(values: FloatArray) -> FloatArray:
-        weighted = root * values
-        return np.asarray(weighted - base @ (base.T @ weighted))
+        white = found.whiten(values)
+        return np.asarray(white - base @ (base.T @ white))
 
     steps = beside((rank[:, None] >= places).astype(float))
     squares = np.maximum(np.sum(steps**2, axis=0), 1e-300)
-    found = {}
+    own = float(np.sum(beside(fitted.residual) ** 2))
+    instead = {}
     for term in terms:
-        rest = beside((term.binned + fitted.residual + fitted.base(campaign))[:, None])[:, 0]
+        rest = beside(term.binned + fitted.residual)
         taken = (steps.T @ rest) ** 2 / squares
         k = int(np.argmax(taken))
         more = len(term.effect.amplitudes) + len(term.effect.free_shapes) - 2
-        own = float(np.sum((root[:, 0] * fitted.residual) ** 2))
-        if tests * np.log(max(float(rest @ rest - taken[k]), 1e-300) / max(own, 1e-300)) <= more * np.log(
-            tests
-        ):
-            found[term.name] = (campaign.tests[sequence[places[k] - 1]], campaign.tests[sequence[places[k]]])
-    return found
+        if float(rest @ rest - taken[k]) - own <= more * np.log(tests):
+            instead[term.name] = (
+                campaign.tests[sequence[places[k] - 1]],
+                campaign.tests[sequence[places[k]]],
+            )
+    return instead

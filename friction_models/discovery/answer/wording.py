@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from ...common.wording import first_names
@@ -20,8 +19,6 @@ NOTHING = "nothing is missing"
 NOTHING_SEEN = "nothing can be seen to be missing"
 #: What a sentence about tests begins with that do not drift, but jump.
 JUMP = "the levels of the tests jump"
-#: Parts of a noise floor add up to it to this share; the noise of a sensor averages out in part, by how much depends on the points.
-ADDS_UP = 0.75
 #: Numbers of mu below this are printed by their significant digits.
 SMALL_MU = 1e-4
 
@@ -99,28 +96,25 @@ def meaning_of_numbers(confidence: float | None, p: float | None = None) -> str:
 
 
 def parts_of_floor(floor: NoiseFloorNumbers) -> str:
-    """Return the parts of a noise floor in words; empty where they are far from adding up to it.
-
-    They were estimated beside the effect that leads, and the total by unseen tests: averages that carry no weight, and what a
-    formula misses, are in the one only. So their shares are told. What is neither scatter of the tests nor drift is the sensor's,
-    whose noise averages have less of than single points.
+    """Return the shares of a noise floor in words; empty where its parts, which were estimated beside the effect that leads, are far
+    from adding up to what unseen tests leave.
 
     Examples
     --------
     >>> found = {"sensor": 0.002, "test": 0.003, "drift": 0.0, "total": 0.0032, "interval": [0.003, 0.005]}
+    >>> parts_of_floor({**found, "shares": {"test": 0.92, "drift": 0.0, "sensor": 0.08}})
+    'of its square 92 % test scatter, 0 % drift, 8 % sensor, which has 0.00200 a point'
     >>> parts_of_floor(found)
-    'of its square 88 % test scatter, 0 % drift, 12 % sensor, which has 0.00200 a point'
-    >>> parts_of_floor({**found, "total": 0.0071})
     ''
     """
-    apart, sensor, total = math.hypot(floor["test"], floor["drift"]), floor["sensor"], floor["total"]
-    if not (ADDS_UP * apart <= total and ADDS_UP * total <= math.hypot(apart, sensor)):
+    shares = floor.get("shares")
+    if not shares:
         return ""
-    tests, drift = (100.0 * floor[part] ** 2 / max(total, apart) ** 2 for part in ("test", "drift"))
-    return (
-        f"of its square {tests:.0f} % test scatter, {drift:.0f} % drift, {max(100.0 - tests - drift, 0.0):.0f} % sensor, which has "
-        f"{sensor:{mu_format(total)}} a point"
+    said = ", ".join(
+        f"{100.0 * shares[part]:.0f} % {name}"
+        for part, name in (("test", "test scatter"), ("drift", "drift"), ("sensor", "sensor"))
     )
+    return f"of its square {said}, which has {floor['sensor']:{mu_format(floor['total'])}} a point"
 
 
 def about_next_tests(verdict: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...loads import FloatArray, TriboLoads
-from ...loads.contract import SET_BY
+from ...loads.contract import QUANTITIES, SET_BY
 from .heating import Heating
 
 #: One test as a row of a test plan.
@@ -137,7 +137,7 @@ class Settings:
         sd = distance * (np.arange(POINTS) + 1.0) / POINTS
         t = np.cumsum(distance / POINTS / np.maximum(v, 1e-9))
         mean = sd / np.maximum(t, 1e-12)
-        T = tool + self.heating.rise(sigma, mean, sd)
+        T = np.minimum(tool + self.heating.rise(sigma, mean, sd), QUANTITIES["T"].upper)
         if rest_at is not None:
             t = t + np.where(np.arange(POINTS) >= rest_at, REST, 0.0)
         return TriboLoads(v, T, sigma, sd, np.full(POINTS, psi), t=t)

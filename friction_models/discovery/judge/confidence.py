@@ -135,7 +135,8 @@ def sureness(
 
     `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded, in
     two groups or in the order of the runs, the model `knows_noise` of these points, an offset of the force be `unread` beside other
-    names, and a name have an `other_cause` that does as well: one wrong test, a jump in the order.
+    names, and a name have an `other_cause` that does as well: one wrong test, a jump in the order, another law
+    along the load.
     """
     verdict = confirmed.verdict
     nothing = verdict == "nothing_missing"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,8 @@ from ...loads.contract import POINT_UNITS, SET_BY, SETTING_UNITS
 OFF = 0.7
 #: 0 degC [K], and how far a test may start from the temperature of its tool [K].
 KELVIN, START = 273.15, 40.0
+#: The same of most tests, which heat little before the first point [K].
+OFFSET = 15.0
 #: Share of the largest setting within which a load agrees with it, and which another one misses by much.
 AGREES, MISSES = 0.15, 0.5
 #: Surfaces that shrink by less may be rounding.
@@ -64,18 +66,24 @@ def _about_distance(loads: TriboLoads, starts: npt.NDArray[np.intp], names: list
     """Return a warning where the distance of some tests, or of all, is not what speed and time give."""
     if loads.t is None or {"v_rel", "sd"}.intersection(loads.absent):
         return []
-    step = 0.5 * (loads.v_rel[1:] + loads.v_rel[:-1]) * np.diff(loads.t)
-    step[starts[1:] - 1] = 0.0  # from one test to the next
-    path = np.add.reduceat(np.r_[step, 0.0], starts)
-    ends = np.r_[starts[1:], len(loads)] - 1
-    slid = loads.sd[ends] - loads.sd[starts]
+    path = 0.5 * (loads.v_rel[1:] + loads.v_rel[:-1]) * np.diff(loads.t)
+    slid = np.diff(loads.sd)
     moved = (path > 0.0) & (slid > 0.0)
-    if not moved.any():
-        return []
-    ratio = np.where(moved, np.log10(np.where(moved, slid, 1.0) / np.where(moved, path, 1.0)), 0.0)
-    off = moved & (np.abs(ratio) > OFF)
+    moved[starts[1:] - 1] = False  # from one test to the next
+    ratio = np.zeros(len(starts))
+    for test, (a, b) in enumerate(pairwise([*starts, len(loads)])):
+        steps = a + np.flatnonzero(moved[a : b - 1])
+        if len(steps):  # most steps: a rest in a test takes time, and no way
+            ratio[test] = np.median(np.log10(slid[steps] / path[steps]))
+    off = np.abs(ratio) > OFF
     if not off.any():
         return []
+    lowest, highest = (float(f"{10.0**r:.2g}") for r in (ratio[off].min(), ratio[off].max()))
+    if highest > 10.0**OFF * lowest:
+        return [
+            f"sd of {_tests(off, names)} grows {lowest:g} to {highest:g} times as far as v_rel gives over t, from test to test: one of them is "
+            "not what its name says"
+        ]
     times = float(f"{10.0 ** np.median(ratio[off]):.2g}")
     units = [POINT_UNITS[n] for n in ("sd", "v_rel", "t")]
     return [
@@ -88,9 +96,10 @@ def _about_kelvin(above: FloatArray, names: list[str]) -> list[str]:
     """Return a warning where tests start as far `above` the temperature of their tool [K] as K and degC lie apart, and the others near it."""
     unit = SETTING_UNITS["T_tool"]
     return [
-        f"{name} of {_tests(far, names)} is about 273 above {other}: is it in K? {unit} is expected"
+        f"{name} of {_tests(far, names)} starts {np.median(sign * above[far]):.0f} above {other}: is it in K? {unit} is expected"
         for name, other, sign in (("T", "T_tool", 1.0), ("T_tool", "T", -1.0))
         if (far := np.abs(sign * above - KELVIN) < START).any()
+        and abs(np.median(sign * above[far]) - KELVIN) < OFFSET
         and np.all(far | (np.abs(above) < 2.0 * START))
     ]
 

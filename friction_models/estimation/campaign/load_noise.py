@@ -54,6 +54,7 @@ def without_noise(loads: TriboLoads, starts: npt.NDArray[np.intp]) -> TriboLoads
         for size in np.unique(sizes[sizes >= LEAST_POINTS]):
             rows = starts[sizes == size, None] + np.arange(size)
             courses[rows] = _courses(values[rows])
+        courses = np.clip(courses, values.min(), values.max())  # no course leaves what was read
         noise = float(np.mean((values - courses) ** 2))
         if LEAST * float(np.var(values)) < noise < MOST * float(np.var(values)):
             smooth[name] = courses

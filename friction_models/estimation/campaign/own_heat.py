@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...loads import FloatArray
+from ...loads.contract import QUANTITIES
 from .binning import BinnedTests
 from .curves import transformed
 
@@ -47,6 +48,9 @@ def without_own_heat(campaign: BinnedTests) -> BinnedTests:
         own[a:b] = np.interp(points[a:b], middle[bins], factor[bins])
     begin = start[campaign.point_test]
     T = begin + (campaign.loads.T - begin) * own
+    limits = QUANTITIES["T"]
+    if np.any((limits.lower > T) | (limits.upper < T)):
+        return campaign  # what a test starts from is not what its table says
     return replace(campaign, loads=replace(campaign.loads, T=T), integrated={}, smooth=None)
 
 

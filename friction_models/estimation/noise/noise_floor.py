@@ -42,7 +42,8 @@ class NoiseFloorNumbers(TypedDict):
 
     ``source`` says what identifies the total: ``repeats`` of tests, a flexible ``reference`` that predicts unseen tests better
     than the model, the ``model`` that predicts them as well, or ``unknown`` where there are too few tests. ``hardly_better``
-    stands where the reference predicts better than the ``model`` for certain, but by too little to count.
+    stands where the reference predicts better than the ``model`` for certain, but by too little to count. ``shares`` are those of
+    test scatter, drift and sensor in the square of an average, where they come near the total.
     """
 
     sensor: float
@@ -52,6 +53,7 @@ class NoiseFloorNumbers(TypedDict):
     interval: list[float]
     source: NotRequired[str]
     hardly_better: NotRequired[bool]
+    shares: NotRequired[dict[str, float]]
     repeats: NotRequired[RepeatsNumbers]
     from_loads: NotRequired[FloorFromLoads]
 

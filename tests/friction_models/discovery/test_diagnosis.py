@@ -120,7 +120,8 @@ def test_json_has_the_agreed_keys_and_the_report_starts_with_the_verdict(worn_di
     assert list(content) == KEYS
     json.dumps(content, allow_nan=False)
     assert content["verdict"] == "explained" and content["effects"] == ["wear_out"]
-    assert set(content["noise_floor"]) == {"sensor", "test", "drift", "total", "interval", "source"}
+    assert set(content["noise_floor"]) == {"sensor", "test", "drift", "total", "interval", "source", "shares"}
+    assert sum(content["noise_floor"]["shares"].values()) == pytest.approx(1.0)
     assert content["parameters"]["wear_out"]["values"]["delta_w"]["interval"][0] > 0.0
     assert {row["load"] for row in content["residuals"]} >= {"sd", "v_rel"}
     assert set(content["error_budget"]) == {"floor", "explained", "missing"}

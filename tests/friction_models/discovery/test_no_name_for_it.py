@@ -61,6 +61,19 @@ def test_a_valley_along_pressure_is_no_saturation_beside_a_steep_line(steep: flo
     assert found.where[0]["variables"] == ["sigma_n"]
 
 
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+def test_a_valley_at_three_pressures_is_not_sure_of_a_law_of_pressure(seed: int) -> None:
+    """Which of several laws that fall would be open: that none of them rises is not. It was 0.95 sure of them."""
+    data = at_random_loads(20 + seed, points=20)
+    level = data.groupby("test_id").ngroup().mod(3).map({0: 400.0, 1: 1000.0, 2: 2600.0})
+    wide = np.log(level / 1050.0)
+    data = data.assign(
+        sigma_n=level * (1.0 + 0.01 * np.sin(data["sd"])), mu=data["mu"] + 0.03 * wide**2 / (0.3 + wide**2)
+    )
+    found = diagnose(data)
+    assert not found.effects or found.confidence <= 0.5, found.sentence
+
+
 def test_a_flat_start_and_a_rise_with_speed_is_no_stribeck_effect() -> None:
     """Beside a steep line a fall with speed draws a curve that falls nowhere."""
     data = at_random_loads(3, points=40)
