@@ -196,9 +196,8 @@ def with_diagnosis(source: FrictionSource, file: str | os.PathLike[str]) -> Fric
                 f"{file}: this answer is about {counted(len(tests), 'test')}, and the model was trained on none of them as measured there"
             )
     base, name = str(answer.get("model", "")), str(source.card.get("name", "")).replace(" + ", "+")
-    if (
-        base and name and not name.startswith(base) and not Path(base).suffix
-    ):  # a file may hold this very model
+    # a file may hold this very model
+    if base and name and not name.startswith(base) and not Path(base).suffix:
         notes.append(f"{file}: this answer is about the model {base}, and the one that is packed is {name}")
     return replace(source, card=source.card | {"diagnosis": told}, note="\n".join(notes))
 
