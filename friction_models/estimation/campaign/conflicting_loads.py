@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ...common.wording import counted, first_names
 from ...loads import FloatArray, TriboLoads
 from ...loads.contract import POINT_UNITS, SET_BY, SETTING_UNITS
+from .mixed_units import means_of_tests
 
 #: Powers of ten by which a distance may differ from speed times time: few points, and machines that hold a speed badly.
 OFF = 0.7
@@ -45,7 +46,7 @@ def about_conflicts(
     held = {name: column[starts, 0] for name, column in settings.items()}
     if "T" not in loads.absent and "T_tool" in held:
         said += _about_kelvin(loads.T[starts] - held["T_tool"], names)
-    means = {n: _means(getattr(loads, n), starts) for n in SET_BY if n not in loads.absent}
+    means = {n: means_of_tests(getattr(loads, n), starts) for n in SET_BY if n not in loads.absent}
     exchanged: dict[frozenset[str], str] = {}
     for a, b in permutations(means, 2):
         if SET_BY[a] in held and _is_set(means[b], held[SET_BY[a]], means[a]):
@@ -113,10 +114,6 @@ def _is_set(mean: FloatArray, setting: FloatArray, other: FloatArray) -> bool:
         np.all(np.abs(mean - setting) < AGREES * scale)
         and np.median(np.abs(other - setting)) > MISSES * scale
     )
-
-
-def _means(values: FloatArray, starts: npt.NDArray[np.intp]) -> FloatArray:
-    return np.asarray(np.add.reduceat(values, starts) / np.diff(np.r_[starts, len(values)]))
 
 
 def _tests(which: npt.NDArray[np.bool_], names: list[str]) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...common.wording import counted, first_names
-from ...loads import TriboLoads
+from ...loads import FloatArray, TriboLoads
 from ...loads.contract import QUANTITIES
 
 #: Loads that have a natural zero, and are recorded in units a thousand times larger, too.
@@ -30,7 +30,7 @@ def about_units(loads: TriboLoads, starts: npt.NDArray[np.intp], names: list[str
     for name in SCALED:
         if name in loads.absent:
             continue
-        means = np.add.reduceat(getattr(loads, name), starts) / np.diff(np.r_[starts, len(loads)])
+        means = means_of_tests(getattr(loads, name), starts)
         if len(means) < 3 or means.min() <= 0.0:
             continue
         order = np.argsort(means, kind="stable")
@@ -47,3 +47,8 @@ def about_units(loads: TriboLoads, starts: npt.NDArray[np.intp], names: list[str
             f"{QUANTITIES[name].unit} is expected"
         )
     return said
+
+
+def means_of_tests(values: FloatArray, starts: npt.NDArray[np.intp]) -> FloatArray:
+    """Return the mean of the points of each test, shape (tests,); `starts` is the first point of each."""
+    return np.asarray(np.add.reduceat(values, starts) / np.diff(np.r_[starts, len(values)]))
