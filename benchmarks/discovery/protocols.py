@@ -14,8 +14,9 @@ import pandas as pd
 
 from friction_models.common import write_json
 from friction_models.discovery import Diagnosis, diagnose
+from friction_models.discovery.further_tests.formula_error import ENOUGH
 from friction_models.discovery.further_tests.joined import join_campaigns
-from friction_models.discovery.further_tests.next_tests import ENOUGH, NextTest
+from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.zero_reading import ZERO, read_zero
 from friction_models.loads import DataSet

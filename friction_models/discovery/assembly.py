@@ -29,7 +29,8 @@ from .answer.run_order import about_jumps, alike_in_order, jumps_in_order, jumps
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import alternatives, sentence
-from .further_tests.next_tests import Question, propose
+from .further_tests.next_tests import propose
+from .further_tests.questions import Answer, Question
 from .judge.confidence import grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED, Confirmation
 from .judge.hidden_effects import unseen_sizes
@@ -38,6 +39,9 @@ from .judge.level_offset import LevelOffset, level_of
 from .judge.one_test import resting_on_one
 from .judge.unseen_tests import UnseenTests
 from .judge.verdict import LEVEL, Evidence
+
+#: Weight of "none of the catalogue" beside that of all its effects, and where something is left beside what is named.
+NONE, NONE_BESIDE_PARTS = 0.1, 0.25
 
 
 @dataclass
@@ -154,8 +158,8 @@ def assemble(
         *about_the_fit(campaign, fitted),
         *about_jumps(campaign, fitted, instead),
     ]
-    doubt = {"unknown_structure": 0.5, "partly_explained": 0.25}.get(verdict, 0.1)
-    proposals, inseparable = propose(campaign, _questions(judged, confusion, unread), mu, base, doubt, unread)
+    questions = _questions(judged, confusion, unread)
+    proposals, inseparable = propose(campaign, questions, mu, base, _answer(verdict, sure), unread)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     close = None
@@ -218,6 +222,15 @@ def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
     )
 
 
+def _answer(verdict: str, sure: float) -> Answer:
+    """Return how probable an answer is, as further tests see it."""
+    if verdict in NAMED:
+        return Answer(sure, NONE_BESIDE_PARTS if verdict == "partly_explained" else NONE)
+    if verdict == "unknown_structure":
+        return Answer(None, sure)
+    return Answer(None, NONE, 1.0 - sure)
+
+
 def _questions(judged: Judged, confusion: list[str], unread: bool = False) -> list[Question]:
     """Return what further tests are to tell apart: alternatives only, each name from its own rivals, beside the other names.
 
@@ -225,7 +238,8 @@ def _questions(judged: Judged, confusion: list[str], unread: bool = False) -> li
     """
     chosen = judged.chosen
     if len(chosen) < 2 or judged.beside is None:
-        return [Question(judged.found, _to_separate(judged, confusion))]
+        rivals = _to_separate(judged, confusion)
+        return [Question(judged.found, rivals, len({f.name for f in rivals} & {*confusion}))]
     groups = alternatives([f.name for f in chosen], confusion)
     found = []
     for group in [g for g in groups if len(g) > 1 or (unread and g[0] == ZERO)] or groups[:1]:
@@ -236,7 +250,8 @@ def _questions(judged: Judged, confusion: list[str], unread: bool = False) -> li
         rivals = [f for n in group for f in beside.ranking if f.name == n]
         asked = unread and group[0] == ZERO  # also where nothing else explains anything
         others = [f for f in beside.ranking if f.name not in group and (asked or f.gain > 0.0)]
-        found.append(Question(beside, rivals if len(rivals) > 1 else [*rivals, *others[:1]], given))
+        asked_of = rivals if len(rivals) > 1 else [*rivals, *others[:1]]
+        found.append(Question(beside, asked_of, len(rivals), given))
     return found
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
-from ...estimation.fit.parameters import FittedTerm, FittedTerms
+from ...estimation.campaign.gaps import gaps_of
+from ...estimation.fit.parameters import FittedTerms
 from ...estimation.search.law_signs import imitates, turning_point
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
@@ -14,9 +15,6 @@ from ...loads.contract import behind
 
 #: A fault of the data that makes more than this share of the measured mu of a test is worth a look at the rig.
 LARGE_FAULT = 0.1
-#: A gap in a load of this share of its tested range (on the scale of its curve), over which an effect changes by this share of its own,
-#: leaves the course of the effect to its formula.
-GAP, CHANGE = 0.3, 0.4
 
 
 def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
@@ -106,40 +104,17 @@ def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     said = []
     for term in fitted.terms:
         for name in dict.fromkeys(term.effect.driver):
-            gaps = _gaps(campaign, term, name) if name in campaign.varied else []
-            if not gaps:
+            changes = [(gap, gap.change(campaign, term.binned)) for gap in gaps_of(campaign, name)]
+            open_ = [(gap, change) for gap, change in changes if change > 0.0]
+            if not open_:
                 continue
             unit = behind(POINT_UNITS[name])
-            where = ", nor ".join(f"between {low:.3g} and {high:.3g}{unit}" for low, _, high, _ in gaps)
-            changes = " and ".join(f"{change:.2g}" for *_, change in gaps)
-            middles = " and ".join(f"{middle:.3g}" for _, middle, _, _ in gaps)
-            tests = "tests" if len(gaps) > 1 else "a test"
+            where = ", nor ".join(f"between {gap.low:.3g} and {gap.high:.3g}{unit}" for gap, _ in open_)
+            amounts = " and ".join(f"{change:.2g}" for _, change in open_)
+            middles = " and ".join(f"{gap.middle:.3g}" for gap, _ in open_)
+            tests = "tests" if len(open_) > 1 else "a test"
             said.append(
-                f"no test measured {name} {where}, and {term.name} changes by {changes} in between: how, only its formula says, and "
-                f"prediction of unseen tests at the same levels cannot tell; {tests} at about {middles}{unit} would"
+                f"no test measured {name} {where}, and {term.name} changes by {amounts} in between: how, only its formula says, and "
+                f"prediction of unseen tests at the same levels, and an interval made from it, cannot tell; {tests} at about {middles}{unit} would"
             )
     return said
-
-
-def _gaps(campaign: BinnedTests, term: FittedTerm, name: str) -> list[tuple[float, float, float, float]]:
-    """Return the gaps in a load over which a term changes much: ends and middle in the unit of the load, and the change."""
-    scaled = transformed(campaign, name)
-    order = np.argsort(scaled)
-    scaled, values, part = (
-        scaled[order],
-        campaign.average(getattr(campaign.loads, name))[order],
-        term.binned[order],
-    )
-    reach, whole = scaled[-1] - scaled[0], float(np.ptp(part))
-    found = []
-    for k in np.flatnonzero(np.diff(scaled) > GAP * reach):
-        below = part[: k + 1][scaled[k] - scaled[: k + 1] < GAP * reach]
-        above = part[k + 1 :][scaled[k + 1 :] - scaled[k + 1] < GAP * reach]
-        change = abs(float(np.median(above) - np.median(below)))
-        if change > CHANGE * whole:
-            low, high = float(values[k]), float(values[k + 1])
-            # in the middle of the scale on which the load is drawn
-            even = name in {"T", "sd"} or low <= 0.0
-            middle = 0.5 * (low + high) if even else float(np.sqrt(low * high))
-            found.append((low, middle, high, change))
-    return found

@@ -11,18 +11,21 @@ import numpy as np
 from ...estimation.search.significance import SAME
 from ...loads import FloatArray
 
+#: Standard errors that are enough: rivals that are further apart leave the confusion set.
+ENOUGH = 3.0
 
-def allowance(largest: float, enough: float) -> float:
+
+def allowance(largest: float) -> float:
     """Return by how much less a lead counts than the logarithm of the likelihood says, where `largest` is the largest evidence.
 
-    So much less that a lead that may be a matter of formulas counts as `enough` standard errors.
+    So much less that a lead that may be a matter of formulas counts as `ENOUGH` standard errors.
 
     Examples
     --------
-    >>> allowance(200.0, 3.0), round(allowance(4500.0, 3.0), 6)
+    >>> allowance(200.0), round(allowance(4500.0), 6)
     (1.0, 10.0)
     """
-    return max(1.0, SAME * largest / enough**2)
+    return max(1.0, SAME * largest / ENOUGH**2)
 
 
 def owed(evidence: FloatArray, allowed: float) -> FloatArray:

@@ -7,14 +7,13 @@ The answer is a probability of each effect that may be true, and of none of the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.campaign.curves import transformed
+from ...estimation.campaign.gaps import Gap
 from ...estimation.campaign.metadata import levels_text
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.importance import LEAST_SHARE, weighted_rms
@@ -22,22 +21,14 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import driven_by_load
 from ...estimation.search.zero_reading import ZERO, expected, zero_is_known
-from ...loads import LOAD_NAMES, FloatArray
+from ...loads import FloatArray
 from ...loads.contract import ORDER
-from .formula_error import allowance
+from .formula_error import ENOUGH, allowance
 from .hypotheses import Hypotheses
 from .information import Outcomes
-from .protocols import READING, PlannedTest, PlanRow, SetPoints, possible_tests
+from .protocols import BETWEEN, READING, PlannedTest, PlanRow, SetPoints, possible_tests
+from .questions import Answer, Question, weighed
 
-#: Standard errors that are enough: rivals that are further apart leave the confusion set.
-ENOUGH = 3.0
-#: Most effects that are weighed against each other, and the least weight beside the largest one.
-MOST_EFFECTS, LEAST_WEIGHT = 7, 0.01
-#: Weight, beside the best effect, that one has at least: not told apart by the data; the next one of the ranking; driven by a
-#: load that moves with a load of the best one.
-CONFUSED, NEXT, TIED = 0.3, 0.05, 0.1
-#: Correlation of two loads from which on they move together.
-TOGETHER = 0.8
 #: Tests of one proposal at several points.
 SEVERAL = 3
 #: Most repeats that are asked for, and what stands for as many as one likes.
@@ -68,40 +59,32 @@ class NextTest(TypedDict):
     tests: int
 
 
-@dataclass(frozen=True)
-class Question:
-    """Which of some effects is there: alternatives, of which one holds."""
-
-    found: SearchRound  #: The search in which they were compared.
-    rivals: list[Fit]  #: What the data do not tell apart, the winner first.
-    given: Sequence[Fit] = ()  #: Other effects that are named, and present whichever of the rivals is.
-
-
 def propose(
     campaign: BinnedTests,
     questions: Sequence[Question],
     mu: FloatArray,
     base: BaseLaw,
-    doubt: float,
+    answer: Answer,
     read_first: bool = False,
 ) -> tuple[list[NextTest], list[str]]:
     """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 
-    `mu`, shape (n,), is the friction of the base, for effects that need one; `doubt` is the probability that none of the
-    catalogue is the answer. For each question the best settings of each protocol are proposed. A reading without load is
-    among them wherever it tells; it leads if it is to be `read_first`. There is a remark for each rival
+    `mu`, shape (n,), is the friction of the base, for effects that need one. For each question the best settings of each protocol
+    are proposed. A reading without load is among them wherever it tells; it leads if it is to be `read_first`. So is a test
+    between the levels of a load that drives what is named. There is a remark for each rival
     that no proposal separates, and on what to do where loads cannot tell.
     """
     tests = possible_tests(campaign)
-    answers = [_for_question(campaign, question, mu, base, doubt, tests) for question in questions]
+    answers = [_for_question(campaign, question, mu, base, answer, tests) for question in questions]
     entries = sorted(
         (e for found, _ in answers for e in found), key=lambda e: -e["entropy_reduction"] / e["tests"]
     )
-    readings = [e for e in entries if e["protocol"] == READ][:1]
-    if readings and (read_first or readings[0] not in entries[:SHOWN]):
-        others = [e for e in entries if e["protocol"] != READ]
-        entries = [*readings, *others] if read_first else [*others[: SHOWN - 1], *readings]
-    return entries[:SHOWN], [remark for _, remarks in answers for remark in remarks]
+    wanted = [e for p in (READ, BETWEEN) for e in [e for e in entries if e["protocol"] == p][:1]]
+    others = [e for e in entries if e not in wanted][: SHOWN - len(wanted)]
+    shown = [e for e in entries if e in wanted or e in others]
+    if read_first:
+        shown.sort(key=lambda e: e["protocol"] != READ)
+    return shown, [remark for _, remarks in answers for remark in remarks]
 
 
 def _for_question(
@@ -109,66 +92,57 @@ def _for_question(
     question: Question,
     mu: FloatArray,
     base: BaseLaw,
-    doubt: float,
+    answer: Answer,
     tests: list[PlannedTest],
 ) -> tuple[list[NextTest], list[str]]:
     """Return the telling tests for one question, and its remarks."""
     found, rivals = question.found, question.rivals
-    fits, weight = _weighed(campaign, found, rivals)
+    fits, weight = weighed(campaign, question)
     if len(fits) < 2:
         return [], []
-    prior = np.r_[(1.0 - doubt) * weight / weight.sum(), doubt]
-    allowed = allowance(max(f.evidence for f in rivals), ENOUGH)
+    held = {f.name for f in rivals[: question.held]}
+    prior = answer.prior(weight, np.array([f.name in held for f in fits]))
+    allowed = allowance(max(f.evidence for f in rivals))
     known = Hypotheses(campaign, found, mu, base, fits, prior, tests, question.given, allowed)
     named = known.names
     single = [([t], known.predict([t])) for t in tests] if len(named) > 1 else []
     entries = []
+    gap = _unknown_between(campaign, question, tests)
+    needed = [s for s in single if gap is not None and s[0][0].fills == gap]
     for protocol in dict.fromkeys(s[0][0].protocol for s in single):
         own = [s for s in single if s[0][0].protocol == protocol]
+        own = needed or own if protocol == BETWEEN else own
         entries.append(_entry(known, named, *max(own, key=lambda s: s[1].reduction)))
     several = _several(known, single)
     if several is not None:
         entries.append(_entry(known, named, *several))
     if ZERO in named and not zero_is_known(campaign, found.floor.sensor):
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
-    telling = [e for e in entries if e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS]
+    for entry in entries:
+        entry["entropy_reduction"] = round(answer.missing * entry["entropy_reduction"], 3)
+    telling = [
+        e
+        for e in entries
+        if (needed and e["protocol"] == BETWEEN)
+        or (e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS)
+    ]
     proposed = [o for _, o in single] + ([] if several is None else [several[1]])
     return telling, _remarks(campaign, found, rivals, known.place, proposed)
 
 
-def _weighed(campaign: BinnedTests, found: SearchRound, rivals: list[Fit]) -> tuple[list[Fit], FloatArray]:
-    """Return the effects that may be true, the winner first, with their weights."""
-    if not rivals:
-        return [], np.empty(0)
-    first, names = rivals[0], [f.name for f in rivals]
-    largest = max(f.evidence for f in rivals)
-    scale = allowance(largest, ENOUGH)
-    others = [f for f in found.ranking if f.name not in names and f.gain > 0.0]
-    weight = {}
-    for place, fit in enumerate([*rivals, *others]):
-        own = float(np.exp(np.clip(0.5 * (fit.evidence - largest) / scale, -50.0, 0.0)))
-        least = CONFUSED if place < len(rivals) else 0.0
-        weight[fit.name] = max(own, least, TIED if least == 0.0 and _tied(campaign, first, fit) else 0.0)
-    if len(weight) > 1:
-        following = list(weight)[1]
-        weight[following] = max(weight[following], NEXT)
-    kept = sorted(
-        (n for n in weight if weight[n] >= LEAST_WEIGHT), key=lambda n: (n != first.name, -weight[n])
-    )
-    by_name = {f.name: f for f in [*rivals, *others]}
-    kept = kept[:MOST_EFFECTS]
-    return [by_name[n] for n in kept], np.array([weight[n] for n in kept])
-
-
-def _tied(campaign: BinnedTests, first: Fit, other: Fit) -> bool:
-    """Return whether an effect is driven by a load that moves with that of the first one from test to test."""
-    a, b = (f.effect.driver[0] for f in (first, other))
-    if a == b or not {a, b} <= set(LOAD_NAMES) or not (campaign.varies(a) and campaign.varies(b)):
-        return False
-    levels = [campaign.of_tests(transformed(campaign, n)) for n in (a, b)]
-    if min(np.ptp(x) for x in levels) <= 0.0 or len(campaign.tests) < 3:
-        return False
-    return bool(abs(np.atleast_2d(np.corrcoef(np.array(levels)))[0, 1]) > TOGETHER)
+def _unknown_between(campaign: BinnedTests, question: Question, tests: Sequence[PlannedTest]) -> Gap | None:
+    """Return the gap over which the first name changes most; None where it changes little over all, or nothing is named."""
+    if not question.held:
+        return None
+    first = question.rivals[0]
+    part = question.found.change(first)
+    changes = {
+        t.fills: t.fills.change(campaign, part)
+        for t in tests
+        if t.fills is not None and t.fills.load in first.effect.driver
+    }
+    gap = max(changes, key=lambda g: changes[g], default=None)
+    return gap if gap is not None and changes[gap] > 0.0 else None
 
 
 def _several(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeAlias
 
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.gaps import Gap, gaps_of
 from ...loads import FloatArray, TriboLoads
 from ...loads.contract import QUANTITIES, SET_BY
 from .heating import Heating
@@ -25,6 +26,8 @@ LONGEST = 60.0
 REST, READING = 60.0, 10.0
 #: A pressure ramp ends at this share of the lowest tested pressure: less force on the same contact is always possible.
 RELIEVED = 0.2
+#: Protocol of a constant test between the levels of a plan.
+BETWEEN = "between levels"
 #: Sliding distance of a proposed test where the data do not say how far tests slide [mm].
 USUAL_DISTANCE = 20.0
 
@@ -40,6 +43,7 @@ class PlannedTest:
     #: ``sigma_end``, ``hold_at`` [mm] and ``hold`` [s], ``zero_reading`` [s].
     row: PlanRow
     loads: TriboLoads  #: Loads to expect along it, at `POINTS` equal distances.
+    fills: Gap | None = None  #: Gap in a load in which it lies.
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ class Settings:
     shapes: tuple[tuple[float | None, float], ...]
     distance: float  #: Usual sliding distance [mm].
     heating: Heating
+    #: Setting in the middle of each gap that the tests leave in speed, pressure and temperature [mm/s, MPa, degC].
+    gaps: dict[Gap, float]
     unknown: tuple[str, ...] = ()  #: Columns of a plan that the data say nothing of.
 
     @classmethod
@@ -77,6 +83,11 @@ class Settings:
             _shapes(campaign, max(float(middle[4]), 1e-3)),
             distance,
             Heating.learn(array[:, 2], array[:, 0], array[:, 3], rise),
+            {
+                gap: rounded(gap.middle - (float(np.median(rise)) if load == "T" else 0.0))
+                for load in ("v_rel", "sigma_n", "T")
+                for gap in gaps_of(campaign, load)
+            },
             tuple(SET_BY[n] for n in campaign.absent if n in SET_BY),
         )
 
@@ -95,7 +106,7 @@ class Settings:
         """Return a test at constant settings, or with a ramp of pressure, steps of speed, or a rest before a point."""
         length = self.distance if distance is None else distance
         row: PlanRow = {
-            "protocol": protocol.replace(" ", "_") if protocol not in {"constant", "long run"} else "constant",
+            "protocol": "constant" if protocol in {"constant", "long run", BETWEEN} else protocol.replace(" ", "_"),
             "sigma_set": sigma, "v_set": v, "T_tool": tool, "sd_set": length,
         }  # fmt: skip
         row = {k: value for k, value in row.items() if k not in self.unknown}
@@ -146,8 +157,8 @@ class Settings:
 def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
     """Return single tests within the tested range whose settings are combined freely.
 
-    Loads that move together in the plan (fast tests that are hot ones) do not in these tests. Constant tests, speed steps,
-    pressure ramps, holds, long runs.
+    Loads that move together in the plan (fast tests that are hot ones) do not in these tests. Constant tests, also between the
+    levels of the plan, speed steps, pressure ramps, holds, long runs.
     """
     s = Settings.of(campaign)
     (slow, middle, fast), (low, usual, high) = s.speed, s.pressure
@@ -157,9 +168,19 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
         s.test("constant", sigma, v, tool, shape)
         for sigma, v, tool, shape in product(ends, sorted({*s.speed}), tools, range(len(s.shapes)))
     ]
+    outer = sorted({slow, fast})
+    for gap, value in s.gaps.items():
+        settings = {"sigma_n": ends, "v_rel": outer, "T": tools} | {gap.load: [value]}
+        found += [
+            replace(s.test(BETWEEN, p, v, tool), fills=gap) for p, v, tool in product(*settings.values())
+        ]
     if fast > slow and "v_set" not in s.unknown:
-        levels = (slow, fast, middle, slow, fast)
-        found += [s.test("speed step", p, slow, tool, v_levels=levels) for p, tool in product(ends, tools)]
+        untested = [value for gap, value in s.gaps.items() if gap.load == "v_rel"]
+        steps = {(slow, fast, middle, slow, fast), tuple(sorted({slow, fast, *(untested or [middle])}))}
+        found += [
+            s.test("speed step", p, slow, tool, v_levels=levels)
+            for levels, p, tool in product(sorted(steps, reverse=True), ends, tools)
+        ]
     relieved = rounded(RELIEVED * low)
     if high > relieved > 0.0 and "sigma_set" not in s.unknown:
         found += [

@@ -30,6 +30,18 @@ def test_tests_in_the_fall_need_no_warning() -> None:
     assert between((5.0, 15.0, 45.0, 130.0, 400.0)) == []
 
 
+def test_a_test_between_the_levels_is_proposed() -> None:
+    """The gap in which the named effect falls, not another one; speed steps pass the speeds that no test had."""
+    rows = list(product((600.0, 1200.0, 1800.0), (5.0, 50.0, 500.0), (20.0, 120.0)))
+    found = diagnose(*made(rows, "v_rel"), catalogue=["stribeck", "hersey", "flash_temperature"])
+    assert found.effects == ["stribeck"]
+    (gap,) = [n for n in found.next_tests if n["protocol"] == "between levels"]
+    assert gap["plan"][0]["protocol"] == "constant" and gap["plan"][0]["v_set"] == 15.8
+    assert any("a test at about 15.8 mm/s would" in w for w in found.warnings)
+    steps = [n["setpoints"]["v_rel [mm/s]"] for n in found.next_tests if n["protocol"] == "speed step"]
+    assert steps == [[5.0, 15.8, 158.0, 500.0]]
+
+
 def film(psi: FloatArray) -> FloatArray:
     """A root that saturates: no formula of the catalogue."""
     return np.asarray(0.06 * np.sqrt(1.0 - 1.0 / psi))

@@ -11,6 +11,7 @@ import pytest
 
 from friction_models.discovery import diagnose
 from friction_models.discovery.further_tests import hypotheses, next_tests
+from friction_models.discovery.further_tests.formula_error import ENOUGH
 from friction_models.discovery.further_tests.hypotheses import Hypotheses
 from friction_models.discovery.further_tests.information import Outcomes
 from friction_models.discovery.further_tests.protocols import POINTS, PlannedTest
@@ -80,7 +81,7 @@ def test_a_lead_that_may_be_a_matter_of_formulas_rules_no_shape_out(known: Hypot
     columns = known.found.project(known.found.whiten(fit.prepared.candidate.columns[:, :, 0]))
     drop = np.array([float(c @ known.found.residual) ** 2 / float(c @ c) for c in columns.T])
     behind = drop.max() - drop
-    assert np.sort(behind)[1] > 5.0 * next_tests.ENOUGH**2  # by its likelihood alone one shape is left
+    assert np.sort(behind)[1] > 5.0 * ENOUGH**2  # by its likelihood alone one shape is left
     possible = [p.index for p in known.possible[0] if p.index is not None]
     assert len(possible) > 1 and behind[possible].max() < 2.0 * SAME * fit.evidence
 

@@ -1,0 +1,69 @@
+"""Gaps: ranges of a load between the levels of a plan, in which no test measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...loads import FloatArray
+from .binning import BinnedTests
+from .curves import transformed
+
+#: A part of mu that changes over a gap by more than this share of its own change is not known there.
+CHANGE = 0.4
+#: No point in this share of the tested range of a load, on the scale of its curve, is a gap.
+GAP = 0.3
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A range of a load without a measurement, in the unit of the load."""
+
+    load: str
+    low: float
+    high: float
+    middle: float  #: On the scale on which the load is drawn.
+    place: int  #: Number of averages below it, in order of the load.
+
+    def change(self, campaign: BinnedTests, part: FloatArray) -> float:
+        """Return by how much a part of mu, shape (m,), changes over it, from the averages near its one end to those near the other.
+
+        0 where that is a small share of its own change.
+        """
+        scaled = transformed(campaign, self.load)
+        order = np.argsort(scaled)
+        scaled, part = scaled[order], part[order]
+        near, k = GAP * (scaled[-1] - scaled[0]), self.place
+        below = part[:k][scaled[k - 1] - scaled[:k] < near]
+        above = part[k:][scaled[k:] - scaled[k] < near]
+        change = abs(float(np.median(above) - np.median(below)))
+        return change if change > CHANGE * float(np.ptp(part)) else 0.0
+
+
+def gaps_of(campaign: BinnedTests, name: str) -> list[Gap]:
+    """Return the gaps in a load, from low to high.
+
+    Examples
+    --------
+    Speeds are drawn on a logarithmic scale:
+
+    >>> import numpy as np, pandas as pd
+    >>> from friction_models.estimation.campaign.binning import prepare
+    >>> table = pd.DataFrame({"test_id": np.repeat(["a", "b"], 50), "v_rel": np.repeat([5.0, 500.0], 50), "T": 20.0})
+    >>> table = table.assign(sigma_n=800.0, psi=1.1, sd=np.tile(np.linspace(0.5, 25.0, 50), 2), mu=0.1)
+    >>> [(round(g.low), round(g.middle), round(g.high)) for g in gaps_of(prepare(table), "v_rel")]
+    [(5, 50, 500)]
+    """
+    if name not in campaign.varied:
+        return []
+    scaled = transformed(campaign, name)
+    order = np.argsort(scaled)
+    scaled, values = scaled[order], campaign.average(getattr(campaign.loads, name))[order]
+    found = []
+    for k in np.flatnonzero(np.diff(scaled) > GAP * (scaled[-1] - scaled[0])):
+        low, high = float(values[k]), float(values[k + 1])
+        even = name in {"T", "sd"} or low <= 0.0
+        middle = 0.5 * (low + high) if even else float(np.sqrt(low * high))
+        found.append(Gap(name, low, high, middle, int(k) + 1))
+    return found
