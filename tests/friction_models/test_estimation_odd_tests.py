@@ -116,6 +116,23 @@ def test_hardly_any_good_test_is_odd_and_planted_ones_are() -> None:
     assert found >= 19
 
 
+def test_chance_in_the_scatter_of_few_neighbours_hides_no_wrong_test() -> None:
+    """Three wrong tests of 45, beside four batches that say nothing; so few tests of a batch scatter by chance up to twice as much."""
+    found = lost = 0
+    for seed in range(15):
+        rng = np.random.default_rng([seed, 91])
+        data = measured(rng, tests=45, points=6, between=SCATTER)
+        names = data["test_id"].unique()
+        tests = pd.DataFrame({"test_id": names, "batch": rng.permutation(list("ABCD") * 12)[:45]})
+        wrong = dict(zip(rng.choice(names, 3, replace=False), (0.05, 0.03, -0.026), strict=True))
+        campaign = prepare(shifted(data, wrong), tests)
+        floor = NoiseFloor(0.001, SCATTER, 1e-5, 3.0, (0.0, 0.0), 0.001)
+        said = odd_tests(campaign, campaign.average(base_law(LinearFriction(), campaign).columns), floor)
+        found += len({*said.few, *said.too_many} & set(wrong))
+        lost += len({*said.few, *said.too_many} - set(wrong))
+    assert found >= 42 and lost <= 1
+
+
 @pytest.mark.parametrize("beyond", [0.1, 0.5])
 def test_a_test_somewhat_beyond_all_others_is_odd_and_one_far_beyond_is_not(beyond: float) -> None:
     """The hottest of 40 tests reads a third of the friction; how far it stands beyond the others, in parts of their range."""

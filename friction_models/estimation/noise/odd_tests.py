@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
+from scipy.stats import kruskal, spearmanr
 
 from ...common.wording import first_names
 from ...loads import FloatArray
@@ -37,6 +38,10 @@ LEAST_TESTS = 12
 BEYOND = 0.15
 #: Fits without the tests that the one before found far off, at most.
 ROUNDS = 6
+#: Standard deviations by which the scatter of a test and of those around it must agree to depend on the loads.
+BY_THEIR_LOADS = 1.0
+#: So do levels of metadata where they differ in scatter with this p-value (Kruskal, Wallis, J. Am. Stat. Assoc. 47 (1952) 583).
+BY_THEIR_LEVEL = 0.15
 #: With fewer tests, a level of metadata has no scatter of its own; that around a test is seen in so many nearest ones.
 LEAST_OF_LEVEL = NEAREST = 8
 
@@ -106,7 +111,7 @@ class _Search:
         """Return how far tests like each one lie off."""
         scatter = [
             _of_the_others(off, self._repeats),
-            _around(off, self._nearest),
+            _around(off, self._nearest) if _alike(off, self._nearest) else np.zeros(len(off)),
             *_of_levels(off, self._levels),
         ]
         return np.asarray(np.maximum.reduce([np.ones(len(off)), *scatter]))
@@ -155,14 +160,21 @@ def _around(off: FloatArray, nearest: Indexes) -> FloatArray:
     return np.asarray(1.4826 * np.median(np.abs(off[nearest]), axis=1))
 
 
+def _alike(off: FloatArray, nearest: Indexes) -> bool:
+    """Return whether tests with similar loads scatter alike, more than by chance: else the scatter of so few is chance itself."""
+    around = np.median(np.abs(off[nearest]), axis=1)
+    return bool(spearmanr(np.abs(off), around).statistic * np.sqrt(len(off)) > BY_THEIR_LOADS)
+
+
 def _of_levels(off: FloatArray, levels: list[Indexes]) -> list[FloatArray]:
-    """Return the robust scatter at the level of each test, for each column of metadata; 0 where few tests show it."""
+    """Return the robust scatter at the level of each test, for each column of metadata whose levels differ in it; 0 where few tests show it."""
     found = []
     for level in levels:
         own = [np.abs(off[level == k]) for k in range(int(level.max()) + 1)]
-        found.append(
-            np.array([1.4826 * float(np.median(z)) if len(z) >= LEAST_OF_LEVEL else 0.0 for z in own])[level]
-        )
+        many = [z for z in own if len(z) >= LEAST_OF_LEVEL]
+        if len(many) > 1 and kruskal(*many).pvalue < BY_THEIR_LEVEL:
+            scatter = [1.4826 * float(np.median(z)) if len(z) >= LEAST_OF_LEVEL else 0.0 for z in own]
+            found.append(np.array(scatter)[level])
     return found
 
 
@@ -194,4 +206,6 @@ def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
 
 def too_many_text(names: list[str]) -> str:
     """Return what is said of odd tests that stay."""
+    if len(names) == 1:
+        return f"one more test lies far off what all others say, too many to be left out ({names[0]}): look at its record"
     return f"{len(names)} tests lie far off what all others say, too many to be left out ({first_names(names)}): look at their records"

@@ -136,7 +136,9 @@ def test_no_test_removes_more_than_the_entropy_of_the_answer(law: str) -> None:
     found = diagnose(*made(rows, law))
     sure, held = found.confidence, max(len(found.confusion_set), 1)
     assert found.effects and sure > 0.75 and found.next_tests
-    p = np.r_[np.full(held, sure / held), np.full(6, (1.0 - sure) / 6)]  # six others alike are the most that is open
+    p = np.r_[
+        np.full(held, sure / held), np.full(6, (1.0 - sure) / 6)
+    ]  # six others alike are the most that is open
     assert all(n["entropy_reduction"] <= -p @ np.log2(p) for n in found.next_tests)
 
 
