@@ -27,6 +27,9 @@ def read_diagnosis(path: Path) -> dict[str, object]:
         names = content.get(name)
         if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
             raise InputError(f"{path}: {name} = {names!r:.60}; allowed: a list of names of effects")
+    for name in ("sentence", "model"):  # answers of earlier versions may lack them
+        if not isinstance(content.get(name, ""), str):
+            raise InputError(f"{path}: {name} = {content[name]!r:.60}; allowed: a text")
     confidence, budget = content.get("confidence"), content.get("error_budget")
     if confidence is None or not isinstance(budget, dict):
         raise InputError(

@@ -74,10 +74,7 @@ def draws_another_law(campaign: BinnedTests, fitted: FittedTerms) -> bool:
     if len(fitted.terms) != 1:
         return False
     (term,) = fitted.terms
-    name, *others = term.effect.driver
-    if others or term.effect.kind == "fault" or not campaign.varies(name):
-        return False
-    return imitates(campaign, name, fitted.base(campaign), term.binned, sure=True)
+    return imitates(campaign, term.effect, fitted.base(campaign), term.binned, sure=True)
 
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

@@ -18,7 +18,7 @@ from .figures_data import (
 )
 from .findings import Findings, ParameterValue
 from .uncertain_loads import from_loads_text
-from .wording import about_next_tests, floor_source, mu_format, p_text, parts_of_floor
+from .wording import about_next_tests, alternatives, floor_source, mu_format, p_text, parts_of_floor
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
@@ -143,8 +143,8 @@ def _evidence(d: Findings) -> list[str]:
     ]
     if not d.ranking:
         lines.append("  no effect of the catalogue could be tried on these data")
-    if len(d.confusion_set) > 1:
-        lines.append("  not told apart by these data: " + ", ".join(d.confusion_set))
+    groups = alternatives(d.effects, d.confusion_set) if d.effects else [d.confusion_set]
+    lines += ["  not told apart by these data: " + ", ".join(group) for group in groups if len(group) > 1]
     return [*lines, *([f"  {d.not_first}"] if d.not_first else [])]
 
 

@@ -202,13 +202,7 @@ class UnseenTestsJudge:
         }
         unknown = {t.name for t in fitted.terms if not t.sized} & sharing
         base = fitted.base(self.campaign)
-        imitating = {
-            t.name
-            for t in fitted.terms
-            for name in t.effect.driver
-            if t.effect.kind != "fault" and len(t.effect.driver) == 1 and self.campaign.varies(name)
-            if imitates(self.campaign, name, base, t.binned, sure)
-        }
+        imitating = {t.name for t in fitted.terms if imitates(self.campaign, t.effect, base, t.binned, sure)}
         return imitating | (unknown if len(unknown) > 1 else set())
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:

@@ -63,19 +63,28 @@ def about_conflicts(
     return said
 
 
-def _about_distance(loads: TriboLoads, starts: npt.NDArray[np.intp], names: list[str]) -> list[str]:
-    """Return a warning where the distance of some tests, or of all, is not what speed and time give."""
+def distance_by_speed(loads: TriboLoads, starts: npt.NDArray[np.intp]) -> FloatArray:
+    """Return the decadic logarithm of the distance of each test over what speed and time give, shape (tests,); NaN where nothing tells.
+
+    It is that of most steps from point to point: a rest in a test takes time, and no way.
+    """
+    ratio = np.full(len(starts), np.nan)
     if loads.t is None or {"v_rel", "sd"}.intersection(loads.absent):
-        return []
+        return ratio
     path = 0.5 * (loads.v_rel[1:] + loads.v_rel[:-1]) * np.diff(loads.t)
     slid = np.diff(loads.sd)
     moved = (path > 0.0) & (slid > 0.0)
     moved[starts[1:] - 1] = False  # from one test to the next
-    ratio = np.zeros(len(starts))
     for test, (a, b) in enumerate(pairwise([*starts, len(loads)])):
         steps = a + np.flatnonzero(moved[a : b - 1])
-        if len(steps):  # most steps: a rest in a test takes time, and no way
+        if len(steps):
             ratio[test] = np.median(np.log10(slid[steps] / path[steps]))
+    return ratio
+
+
+def _about_distance(loads: TriboLoads, starts: npt.NDArray[np.intp], names: list[str]) -> list[str]:
+    """Return a warning where the distance of some tests, or of all, is not what speed and time give."""
+    ratio = np.nan_to_num(distance_by_speed(loads, starts))
     off = np.abs(ratio) > OFF
     if not off.any():
         return []

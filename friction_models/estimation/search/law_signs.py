@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ...effects.base import Effect
 from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binning import BinnedTests
 from ..noise.noise_floor import Whitener
@@ -67,12 +68,15 @@ def physical_sets(
     return np.asarray(sized & ((right >= OWN_WAY * ways) | (amplitude == 0.0)))
 
 
-def imitates(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray, sure: bool) -> bool:
-    """Return whether a term draws another law along a load, by cancelling slopes of the base; both in the bins, shape (m,).
+def imitates(campaign: BinnedTests, effect: Effect, base: FloatArray, term: FloatArray, sure: bool) -> bool:
+    """Return whether an effect of one load draws another law along it, by cancelling slopes of the base.
 
-    It changes mu by more than both together, and these go the other way: for a good part where the answer is `sure` of its name, for
-    most where it is one of several.
+    Its `term`, in the bins as `base` is, shape (m,), changes mu by more than both together, and these go the other way: for a good
+    part where the answer is `sure` of its name, for most where it is one of several.
     """
+    name, *others = effect.driver
+    if others or effect.kind == "fault" or not campaign.varies(name):
+        return False
     whole, own = _along(campaign, name, base, term)
     right, ways = _ways(whole, own)
     cancelled = np.ptp(own) / max(float(np.ptp(whole)), 1e-300)

@@ -14,6 +14,7 @@ from ...effects.base import Effect
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.time_steps import rests, time_steps
 from ..campaign.binning import BinnedTests
+from ..campaign.conflicting_loads import distance_by_speed
 from ..campaign.metadata import recorded
 from .scan import Fit
 
@@ -169,19 +170,6 @@ def doubts(campaign: BinnedTests, verdict: str, chosen: Sequence[Fit]) -> tuple[
 
 def other_speed(campaign: BinnedTests) -> bool:
     """Return whether distance over time contradicts `v_rel` in most tests."""
-    loads = campaign.loads
-    if loads.t is None or {"v_rel", "sd"} & set(campaign.absent):
-        return False
-    dt = time_steps(loads, campaign.point_starts)
-    sliding = dt - rests(loads, dt)
-    way = np.diff(loads.sd, prepend=loads.sd[:1])
-    way[campaign.point_starts] = 0.0
-    at = campaign.point_starts
-    mean_speed = 0.5 * (loads.v_rel + np.r_[loads.v_rel[:1], loads.v_rel[:-1]])
-    said: FloatArray = np.add.reduceat(mean_speed * sliding, at)
-    gone: FloatArray = np.add.reduceat(np.maximum(way, 0.0), at)
-    known = (said > 0.0) & (gone > 0.0)
-    if not known.any():
-        return False
-    ratio = gone[known] / said[known]
-    return bool(np.mean((ratio > SPEED_FACTOR) | (ratio < 1.0 / SPEED_FACTOR)) > 0.5)
+    ratio = distance_by_speed(campaign.loads, campaign.point_starts)
+    known = ratio[np.isfinite(ratio)]
+    return bool(len(known)) and bool(np.mean(np.abs(known) > np.log10(SPEED_FACTOR)) > 0.5)

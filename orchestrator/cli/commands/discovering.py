@@ -55,7 +55,7 @@ def diagnose(
     ],
     tests: Tests = None,
     seed: Annotated[
-        int, typer.Option(help="Seed of the bootstrap, and of how the tests are dealt to folds.")
+        int, typer.Option(min=0, help="Seed of the bootstrap, and of how the tests are dealt to folds.")
     ] = 0,
     json: Json = None,
     report: Report = None,

@@ -11,6 +11,8 @@ from typing import Any, TypeVar, get_type_hints
 
 import typer
 
+from .given_once import GivenOnce
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -33,7 +35,7 @@ class Commands(typer.Typer):
 
     def command(self, name: str | None = None, **named: Any) -> Callable[[F], F]:
         """Register a command as Typer does."""
-        register = super().command(name, **named)
+        register = super().command(name, **{"cls": GivenOnce, **named})
 
         def registered(function: F) -> F:
             register(_checked(function))

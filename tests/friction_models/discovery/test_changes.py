@@ -52,6 +52,10 @@ def test_more_tests_settle_what_few_could_not_and_the_text_says_so(tmp_path: Pat
             '{"verdict": "explained", "effects": [], "confusion_set": [], "confidence": 0.5, "error_budget": {}, "tests": 3}',
             "tests = 3",
         ),
+        (
+            '{"verdict": "explained", "effects": [], "confusion_set": [], "sentence": ["a", "b"]}',
+            r"sentence = \['a', 'b'\]; allowed: a text",
+        ),
         ("{", "before.json"),
     ],
 )
