@@ -239,7 +239,8 @@ def _questions(judged: Judged, confusion: list[str], unread: bool = False) -> li
     chosen = judged.chosen
     if len(chosen) < 2 or judged.beside is None:
         rivals = _to_separate(judged, confusion)
-        return [Question(judged.found, rivals, len({f.name for f in rivals} & {*confusion}))]
+        alike = {*(confusion or judged.evidence.confusion_set)}
+        return [Question(judged.found, rivals, len({f.name for f in rivals} & alike))]
     groups = alternatives([f.name for f in chosen], confusion)
     found = []
     for group in [g for g in groups if len(g) > 1 or (unread and g[0] == ZERO)] or groups[:1]:

@@ -107,7 +107,7 @@ def _for_question(
     named = known.names
     single = [([t], known.predict([t])) for t in tests] if len(named) > 1 else []
     entries = []
-    gap = _unknown_between(campaign, question, tests)
+    gap = None if answer.sure is None else _unknown_between(campaign, question, tests)
     needed = [s for s in single if gap is not None and s[0][0].fills == gap]
     for protocol in dict.fromkeys(s[0][0].protocol for s in single):
         own = [s for s in single if s[0][0].protocol == protocol]
@@ -131,9 +131,7 @@ def _for_question(
 
 
 def _unknown_between(campaign: BinnedTests, question: Question, tests: Sequence[PlannedTest]) -> Gap | None:
-    """Return the gap over which the first name changes most; None where it changes little over all, or nothing is named."""
-    if not question.held:
-        return None
+    """Return the gap over which the first name changes most; None where it changes little over all."""
     first = question.rivals[0]
     part = question.found.change(first)
     changes = {

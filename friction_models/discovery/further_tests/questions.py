@@ -36,9 +36,8 @@ class Answer:
     [0.9, 0.027, 0.073]
     """
 
-    sure: (
-        float | None
-    )  #: Probability that one of the names that the answer holds is right; None where it holds none.
+    #: Probability that one of the names that the answer holds is right; None where it holds none.
+    sure: float | None
     #: Probability that none of the catalogue is right, before those of the effects are made to agree with `sure`.
     none: float
     missing: float = 1.0  #: Probability that anything is missing at all.
@@ -60,7 +59,7 @@ class Question:
 
     found: SearchRound  #: The search in which they were compared.
     rivals: list[Fit]  #: What tests are to tell apart, the winner first.
-    held: int  #: How many of them the answer holds, the first ones: the data do not tell them apart.
+    held: int  #: How many of them, the first ones, the data do not tell apart.
     given: Sequence[Fit] = ()  #: Other effects that are named, and present whichever of the rivals is.
 
 
