@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import DataSet, FloatArray, TriboLoads
+from ..common import InputError
+from ..estimation.campaign.binning import prepare
+from ..estimation.campaign.gaps import gaps_of
+from ..loads import LOAD_NAMES, POINT_UNITS, DataSet, FloatArray, TriboLoads
+from ..loads.contract import behind
 from ..loads.dataset import roles_of
 from ..models.base import FrictionModel
 from ..models.intervals import LEVEL, PredictionInterval
@@ -105,6 +109,23 @@ def report(interval: PredictionInterval) -> str:
     method = f"{100.0 * interval.level:g} %, {interval.method()}"
     head = f"Prediction interval ({method}): {interval.tests} tests, {interval.source}; {varies}\n"
     return head + (coverage_text(interval.coverage) if interval.coverage else "")
+
+
+def gaps_text(data: DataSet) -> str:
+    """Return in which ranges of the loads no training test measured, so that nothing says how well an interval holds; empty for none."""
+    chosen = data.select("train")
+    try:
+        campaign = prepare(chosen.points, chosen.tests)
+    except InputError:  # what cannot be averaged can still be predicted
+        return ""
+    found = [
+        f"{name} {' and '.join(f'{gap.low:.3g} to {gap.high:.3g}' for gap in gaps)}{behind(POINT_UNITS[name])}"
+        for name in LOAD_NAMES
+        if (gaps := gaps_of(campaign, name))
+    ]
+    if not found:
+        return ""
+    return f"Not measured between the levels of the plan ({'; '.join(found)}): how well the interval holds there, no test says\n"
 
 
 def coverage_text(coverage: Mapping[str, Mapping[str, float]]) -> str:

@@ -21,6 +21,7 @@ from friction_models.models.intervals import PROBABILITIES, PredictionInterval
 from friction_models.training.interval_coverage import (
     add_interval,
     coverage_measures,
+    gaps_text,
     measured_coverage,
     wilson,
 )
@@ -285,3 +286,19 @@ def test_coverage_is_measured_on_the_tests_held_out() -> None:
     assert 0.8 <= interval.coverage["test"]["share"] <= 1.0
     assert set(measured_coverage(model, data)) == {"train", "test", "all"}
     assert model.card["interval"]["coverage"]["test"]["expected"] == 0.95
+
+
+def test_what_no_test_measured_is_told_beside_the_interval() -> None:
+    """Tests at three speeds, spread over temperature and pressure: only the speed has gaps."""
+
+    def at(speeds: tuple[float, ...]) -> DataSet:
+        rng = np.random.default_rng(1)
+        parts = []
+        for k in range(60):
+            v, T, p = speeds[k % len(speeds)], rng.uniform(20.0, 300.0), rng.uniform(500.0, 2000.0)
+            loads = {"v_rel": v, "T": T, "sigma_n": p, "sd": np.linspace(0.5, 20.0, 15), "psi": 1.1}
+            parts.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": 0.1 + 0.001 * rng.normal()}))
+        return DataSet(pd.concat(parts, ignore_index=True), None)
+
+    assert "(v_rel 5 to 50 and 50 to 500 mm/s)" in gaps_text(at((5.0, 50.0, 500.0)))
+    assert gaps_text(at((5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 500.0))) == ""

@@ -143,10 +143,10 @@ def _from_card(model: Any, dataset: DataSet, card: Card, tests: float | None) ->
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
     from friction_models.training.interval_coverage import add_interval as calibrate
-    from friction_models.training.interval_coverage import report
+    from friction_models.training.interval_coverage import gaps_text, report
 
     try:
-        return report(calibrate(model, dataset, level))
+        return report(calibrate(model, dataset, level)) + gaps_text(dataset)
     except InputError as error:
         return f"no prediction interval: {error}\n"
 
