@@ -9,7 +9,7 @@ from typing import Any
 from friction_models.common import InputError, unknown_name
 from friction_models.loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
 from friction_models.models.domain import Domain
-from friction_models.models.intervals import MARGIN, check_level
+from friction_models.models.intervals.prediction_interval import MARGIN, check_level
 from friction_models.models.model_card import trained_on_synthetic
 from friction_models.models.variables import as_numbers
 

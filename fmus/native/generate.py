@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from friction_models.models.intervals import MARGIN
+from friction_models.models.intervals.prediction_interval import MARGIN
 
 from ..interface.friction_source import FrictionSource
 from ..interface.quantities import FrictionInterface

@@ -8,7 +8,7 @@ import numpy as np
 
 from friction_models.common import InputError
 from friction_models.loads import LOADS
-from friction_models.models.intervals import MARGIN
+from friction_models.models.intervals.prediction_interval import MARGIN
 
 from .ops import infer_shape
 from .tensors import MAX_VALUES, Attributes, Graph, Step, Tensor, refuse

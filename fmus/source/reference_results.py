@@ -17,7 +17,7 @@ from lxml import etree
 from friction_models.common import InputError, shown
 from friction_models.expressions.onnx_session import onnx_session
 from friction_models.loads import LOADS, FloatArray
-from friction_models.models.intervals import MARGIN
+from friction_models.models.intervals.prediction_interval import MARGIN
 
 from ..archive.content import xml_bytes
 from ..interface.description import number

@@ -18,6 +18,7 @@ from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
 from ..models.base import FrictionModel, LoadsLike
 from ..models.domain import Domain
+from ..models.intervals.between_levels import Widening
 from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from .network import Lesson, Masks, TrainingOptions, train_networks
 
@@ -188,6 +189,12 @@ class FeedForwardFriction(FrictionModel):
             total[own] += np.maximum(value[own, 0], 0.0)
         predicted = np.where(count > 0, total / np.maximum(count, 1), np.nan)
         return predicted, "tests that networks held out to stop their training"
+
+    def between_levels(
+        self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], predicted: FloatArray
+    ) -> tuple[Widening, ...]:
+        """Return nothing: networks would be trained anew without each level."""
+        return ()
 
     def formula_text(self) -> str:
         count = sum(w.size + b.size for network in self.networks_ for w, b in network)

@@ -6,6 +6,7 @@ import inspect
 import os
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -19,10 +20,11 @@ from ..common.imports.drawn import Drawn
 from ..common.wording import counted
 from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
-from .calibration import FOLDS, calibrated, folds_of
 from .domain import Domain
 from .effective_variance import FitWeights, Refit, by_polynomial, checked_weights, load_weights
-from .intervals import LEAST_TESTS, LEVEL, check_level
+from .intervals.between_levels import Widening, widenings
+from .intervals.calibration import FOLDS, calibrated, folds_of, thinned
+from .intervals.prediction_interval import LEAST_TESTS, LEVEL, check_level
 from .law import FrictionLaw, Groups, LoadsLike, Weights, as_loads
 from .measures import error_measures
 from .model_card import LISTED_TESTS, UNTRAINED, DataFacts, Splits, Training, test_digests, versions
@@ -295,8 +297,19 @@ class FrictionModel(FrictionLaw, Drawn):
                 f"interval: {counted(count, 'test')}, allowed: at least {LEAST_TESTS} (points of one test are not independent)"
             )
         predicted, source = self.left_out(points, target, tests, FOLDS, seed)
-        self.interval_ = calibrated(predicted, source, points, target, tests, self.domain, level)
+        interval = calibrated(predicted, source, points, target, tests, self.domain, level)
+        self.interval_ = replace(interval, between=self.between_levels(points, target, tests, predicted))
         return self
+
+    def between_levels(
+        self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], predicted: FloatArray
+    ) -> tuple[Widening, ...]:
+        """Return how much wider the interval is between the levels of a plan; see `widenings`.
+
+        `predicted` is what `left_out` returned. A family that trains long overrides this.
+        """
+        rows = thinned(groups)
+        return widenings(self, loads.take(rows), mu[rows], groups[rows], predicted[rows], self.domain)
 
     def left_out(
         self, loads: TriboLoads, mu: FloatArray, groups: npt.NDArray[np.str_], folds: int, seed: int

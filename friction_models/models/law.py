@@ -18,7 +18,7 @@ from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import Arrays
 from ..loads import MU, FloatArray, TriboLoads, require_loads
 from .domain import Domain
-from .intervals import PredictionInterval
+from .intervals.prediction_interval import PredictionInterval
 from .measures import Measures
 from .model_card import UNTRAINED, ModelCard, Splits, Training, versions
 from .variables import StateVariable, SystemVariable

@@ -16,9 +16,11 @@ import numpy.typing as npt
 
 from ..common.json_values import JsonObject
 from ..common.wording import counted
-from ..loads import LOADS, FloatArray
+from ..loads import LOADS, POINT_UNITS, FloatArray
+from ..loads.contract import behind
 from .effective_variance import HonouredUncertainty, honoured_sentence
-from .intervals import LEAST_TESTS, SD_OFFSET, SIGMA_OFFSET, V_OFFSET, IntervalNumbers
+from .intervals.features import SD_OFFSET, SIGMA_OFFSET, V_OFFSET
+from .intervals.prediction_interval import LEAST_TESTS, IntervalNumbers
 from .measures import Measures, loads_sentence
 
 PACKAGES = ("numpy", "scikit-learn", "torch", "onnx")
@@ -145,6 +147,7 @@ def _interval_lines(interval: IntervalNumbers) -> list[str]:
         f"- From the errors of {interval['tests']} whole tests ({interval['points']} points): {interval['source']}",
         f"- Method: {interval['method']} ({how.get(interval['method'], 'not recorded')})",
         f"- Margin: {margin}",
+        *_between_lines(interval),
         "- Outside the domain: the margin at the nearest point of the domain, times (1 + distance); no coverage is promised",
     ]
     if interval["coverage"]:
@@ -159,6 +162,19 @@ def _interval_lines(interval: IntervalNumbers) -> list[str]:
             f"| {c['worst_test']:.0%} | {c['mean_width']:.4f} | {c['tests']:g} |"
         )
     return lines
+
+
+def _between_lines(interval: IntervalNumbers) -> list[str]:
+    """Return what is added to the margin between the levels of a plan; none where nothing is."""
+    gaps = [
+        f"{w['extra']:.2g} at {w['load']} {w['low']:.4g} to {w['high']:.4g}{behind(POINT_UNITS[w['load']])}"
+        for w in interval.get("between", ())
+    ]
+    if not gaps:
+        return []
+    return [
+        f"- Between the levels of the plan more, in the middle by {', '.join(gaps)}: so much a fit without a level misses that level"
+    ]
 
 
 def card_text(card: ModelCard) -> str:

@@ -11,7 +11,7 @@ from ..common import atomic_path
 from ..expressions.onnx_graph import GraphBuilder, OnnxOps
 from ..expressions.ops import LoadColumns
 from ..loads import LOAD_NAMES, MU
-from .intervals import MARGIN
+from .intervals.prediction_interval import MARGIN
 from .law import FrictionLaw, System
 from .model_card import package_version
 

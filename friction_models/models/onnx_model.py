@@ -17,7 +17,7 @@ from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, TriboLoads, require_loads
 from ..loads.time_steps import rests, time_steps
 from .domain import Domain
-from .intervals import MARGIN
+from .intervals.prediction_interval import MARGIN
 from .variables import as_numbers
 
 if TYPE_CHECKING:  # the trials of an FMU compare arrays with its model

@@ -16,7 +16,7 @@ from ..loads import LOAD_NAMES, POINT_UNITS, DataSet, FloatArray, TriboLoads
 from ..loads.contract import behind
 from ..loads.dataset import roles_of
 from ..models.base import FrictionModel
-from ..models.intervals import LEVEL, PredictionInterval
+from ..models.intervals.prediction_interval import LEVEL, PredictionInterval
 
 #: Points of a test share its offset. Tests that happen to agree would speak for any number of observations.
 MOST_A_TEST = 3.0
@@ -107,7 +107,10 @@ def report(interval: PredictionInterval) -> str:
     same = "the same width everywhere in the domain"
     varies = "the width depends on the loads" if any(interval.slopes) else same
     method = f"{100.0 * interval.level:g} %, {interval.method()}"
-    head = f"Prediction interval ({method}): {interval.tests} tests, {interval.source}; {varies}\n"
+    loads = dict.fromkeys(w.load for w in interval.between)
+    gaps = [f"{n} by up to {max(w.extra for w in interval.between if w.load == n):.2g}" for n in loads]
+    between = f"; wider between the levels of the plan ({', '.join(gaps)})" if gaps else ""
+    head = f"Prediction interval ({method}): {interval.tests} tests, {interval.source}; {varies}{between}\n"
     return head + (coverage_text(interval.coverage) if interval.coverage else "")
 
 

@@ -23,8 +23,9 @@ from friction_models.common import InputError
 from friction_models.families.registry import FAMILIES
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.base import FrictionModel
-from friction_models.models.calibration import calibrated
-from friction_models.models.intervals import LEVEL
+from friction_models.models.intervals.between_levels import Widening
+from friction_models.models.intervals.calibration import calibrated
+from friction_models.models.intervals.prediction_interval import LEVEL
 
 from ..friction_models.made_up import EDGES, anywhere, campaign
 from .test_models import fresh
@@ -45,7 +46,14 @@ def interval_model(name: str) -> FrictionModel:
     predicted, source = model.left_out(LOADS, mu, tests, folds=2, seed=0)
     interval = calibrated(predicted, source, LOADS, mu, tests, model.domain, LEVEL)
     slopes = (0.2, 1e-3, -0.1, 0.15, -0.05)
-    model.interval_ = replace(interval, slopes=slopes, constant=interval.constant - 0.5)
+    # two gaps of one load, and one of another: between levels the width grows, to either side of them it does not
+    between = (
+        Widening("v_rel", 20.0, 80.0, 0.004),
+        Widening("v_rel", 80.0, 400.0, 0.002),
+        Widening("T", 60.0, 180.0, 0.003),
+    )
+    constant = interval.constant - 0.5
+    model.interval_ = replace(interval, slopes=slopes, constant=constant, between=between)
     return model
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,22 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models import FeedForwardFriction, LinearFriction, OnnxModel, PolynomialFriction, load_model
+from friction_models import (
+    ComposedFriction,
+    FeedForwardFriction,
+    LinearFriction,
+    OnnxModel,
+    PolynomialFriction,
+    load_model,
+)
 from friction_models.common import InputError
+from friction_models.effects import Stribeck
 from friction_models.loads import LOAD_NAMES, DataSet, TriboLoads
 from friction_models.models.base import FrictionModel
-from friction_models.models.calibration import TESTS_FOR_LOADS, folds_of, thinned
 from friction_models.models.domain import Domain
-from friction_models.models.intervals import PROBABILITIES, PredictionInterval
+from friction_models.models.intervals.calibration import TESTS_FOR_LOADS, folds_of, thinned
+from friction_models.models.intervals.prediction_interval import PROBABILITIES, PredictionInterval
+from friction_models.models.model_card import card_text
 from friction_models.training.interval_coverage import (
     add_interval,
     coverage_measures,
@@ -29,6 +39,7 @@ from friction_models.training.interval_coverage import (
 from .made_up import EDGES, anywhere, campaign
 
 OFFSET = 0.006
+GAP = {"load": "T", "low": 50.0, "high": 150.0, "extra": 0.002}
 
 
 @cache
@@ -170,6 +181,12 @@ def test_factor_is_the_quantile_corrected_for_one_test_more() -> None:
         ({"coverage": {"test": {"share": 0.9}}}, "coverage of 1 roles"),
         ({"source": "x" * 1000}, "too long"),
         ({"coverage": [3]}, "missing or not a number"),
+        ({"between": 3}, "between = 3"),
+        ({"between": [{"load": "v"}]}, "allowed: load"),
+        ({"between": [GAP | {"extra": -0.1}]}, "between.extra is -0.1"),
+        ({"between": [GAP | {"high": 20.0}]}, "low below high"),
+        ({"between": [{**GAP, "load": "psi", "low": -2.0}]}, "low below high, both loads"),
+        ({"between": [GAP] * 21}, "at most 20"),
     ],
 )
 def test_stored_intervals_are_checked(model: FrictionModel, change: dict[str, object], said: str) -> None:
@@ -302,3 +319,81 @@ def test_what_no_test_measured_is_told_beside_the_interval() -> None:
 
     assert "(v_rel 5 to 50 and 50 to 500 mm/s)" in gaps_text(at((5.0, 50.0, 500.0)))
     assert gaps_text(at((5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 500.0))) == ""
+
+
+def curved(
+    levels: tuple[float, ...], bend: float, scatter: float = 0.0
+) -> tuple[TriboLoads, np.ndarray, np.ndarray]:
+    """Return tests at levels of T whose friction is a parabola in T, and a line in all other loads."""
+    rng = np.random.default_rng(3)
+    tests = [f"t{k:02d}" for k in range(10 * len(levels))]
+    T = np.repeat(np.tile(levels, 10), 8)
+    v, p = (np.repeat(rng.uniform(*ends, len(tests)), 8) for ends in ((5.0, 500.0), (400.0, 2000.0)))
+    loads = TriboLoads(v, T, p, np.tile(np.linspace(1.0, 20.0, 8), len(tests)), np.ones(len(T)))
+    offsets = np.repeat(scatter * rng.normal(size=len(tests)), 8)
+    return loads, 0.1 - 1e-5 * v + bend * T**2 + offsets, np.repeat(tests, 8)
+
+
+def test_between_levels_it_widens_by_what_a_fit_without_a_level_misses_there() -> None:
+    """A line through 0 and 200 degC misses the parabola at 100 degC by ``bend * 100**2``."""
+    loads, mu, tests = curved((0.0, 100.0, 200.0), 1e-6)
+    model = LinearFriction().fit(loads, mu, tests).calibrate(loads, mu, tests)
+    assert model.interval is not None
+    # less what tests left out one by one are missed by: a line through three levels lies off by a third at the middle one
+    assert [(w.load, w.low, w.high) for w in model.interval.between] == [
+        ("T", 0.0, 100.0),
+        ("T", 100.0, 200.0),
+    ]
+    for widening in model.interval.between:
+        assert 0.8 * 0.01 < widening.extra < 0.01
+    low, high = model.predict_interval([[50, T, 1000, 5, 1] for T in (0.0, 50.0, 75.0, 100.0, 200.0, 250.0)])
+    half = 0.5 * (high - low)
+    assert half[0] == pytest.approx(half[3]) == pytest.approx(half[4])  # at the levels
+    assert half[1] - half[0] == pytest.approx(model.interval.between[0].extra)
+    assert half[2] - half[0] == pytest.approx(0.5 * model.interval.between[0].extra)
+    assert half[5] == pytest.approx(1.25 * half[4])  # beyond the domain by a quarter of its range
+    assert "Between the levels of the plan more, in the middle by" in card_text(model.card)
+
+
+@pytest.mark.parametrize(
+    ("levels", "bend", "scatter"),
+    [
+        (
+            (0.0, 100.0, 200.0),
+            0.0,
+            0.002,
+        ),  # a line is what the law is: scatter of ten tests is all that is missed
+        ((0.0, 200.0), 1e-6, 0.0),  # of two levels none lies between others
+        (tuple(np.linspace(0.0, 200.0, 9)), 1e-6, 0.0),  # no gaps
+    ],
+)
+def test_where_levels_show_no_miss_it_stays_as_wide(
+    levels: tuple[float, ...], bend: float, scatter: float
+) -> None:
+    loads, mu, tests = curved(levels, bend, scatter)
+    model = LinearFriction().fit(loads, mu, tests).calibrate(loads, mu, tests)
+    assert model.interval is not None
+    assert model.interval.between == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_halfway_between_three_levels_it_holds_what_it_promises(seed: int) -> None:
+    """Friction falls with speed by a law of no family: at 5, 50 and 500 mm/s line and effect meet it, at 16 and 160 mm/s they do not."""
+    rng = np.random.default_rng(seed)
+
+    def at(speeds: tuple[float, ...], count: int) -> tuple[TriboLoads, np.ndarray, np.ndarray]:
+        v = np.repeat(np.tile(speeds, count), 5)
+        names = [f"t{k:03d}" for k in range(len(v) // 5)]
+        sd, same = np.tile(np.linspace(1.0, 20.0, 5), len(names)), np.ones(len(v))
+        mu = 0.06 + 0.04 / (1.0 + (v / 20.0) ** 1.7) + np.repeat(rng.normal(0.0, 0.001, len(names)), 5)
+        return TriboLoads(v, 20.0 * same, 800.0 * same, sd, same), mu, np.repeat(names, 5)
+
+    loads, mu, tests = at((5.0, 50.0, 500.0), 12)
+    further, friction, _ = at((16.0, 160.0), 20)
+    model = ComposedFriction(LinearFriction(), [Stribeck()]).fit(loads, mu, tests).calibrate(loads, mu, tests)
+    held = []
+    for between in (model.interval_.between, ()):
+        model.interval_ = replace(model.interval_, between=between)
+        low, high = model.predict_interval(further)
+        held.append(float(np.mean((friction >= low) & (friction <= high))))
+    assert held[0] > 0.95 > 0.3 > held[1]

@@ -112,6 +112,6 @@ def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
             tests = "tests" if len(open_) > 1 else "a test"
             said.append(
                 f"no test measured {name} {where}, and {term.name} changes by {amounts} in between: how, only its formula says, and "
-                f"prediction of unseen tests at the same levels, and an interval made from it, cannot tell; {tests} at about {middles}{unit} would"
+                f"prediction of unseen tests at the same levels cannot tell; {tests} at about {middles}{unit} would"
             )
     return said

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...loads import FloatArray
+from ...loads.gaps import GAP, gap_places
 from .binning import BinnedTests
 from .curves import transformed
 
 #: A part of mu that changes over a gap by more than this share of its own change is not known there.
 CHANGE = 0.4
-#: No point in this share of the tested range of a load, on the scale of its curve, is a gap.
-GAP = 0.3
 
 
 @dataclass(frozen=True)
@@ -61,9 +60,9 @@ def gaps_of(campaign: BinnedTests, name: str) -> list[Gap]:
     order = np.argsort(scaled)
     scaled, values = scaled[order], campaign.average(getattr(campaign.loads, name))[order]
     found = []
-    for k in np.flatnonzero(np.diff(scaled) > GAP * (scaled[-1] - scaled[0])):
-        low, high = float(values[k]), float(values[k + 1])
+    for place in gap_places(scaled).tolist():
+        low, high = float(values[place - 1]), float(values[place])
         even = name in {"T", "sd"} or low <= 0.0
         middle = 0.5 * (low + high) if even else float(np.sqrt(low * high))
-        found.append(Gap(name, low, high, middle, int(k) + 1))
+        found.append(Gap(name, low, high, middle, place))
     return found

@@ -97,7 +97,7 @@ def train(
     if not load_uncertainty:
         dataset = dataset.without_load_uncertainty()
     from friction_models.models.effective_variance import honoured_sentence
-    from friction_models.models.intervals import check_level
+    from friction_models.models.intervals.prediction_interval import check_level
     from friction_models.models.model_card import few_tests, tied_loads
     from friction_models.training import train as fit
 

@@ -21,12 +21,14 @@ from typing import TypedDict
 
 import numpy as np
 
-from ..common import InputError
-from ..common.json_values import JsonObject
-from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
-from ..expressions.parameters import check_integer, check_number
-from ..loads import LOAD_NAMES, FloatArray
-from .domain import Domain
+from ...common import InputError
+from ...common.json_values import JsonObject
+from ...expressions.ops import LoadColumns, NumpyOps, Ops, Value
+from ...expressions.parameters import check_integer, check_number
+from ...loads import LOAD_NAMES, FloatArray
+from ..domain import Domain
+from .between_levels import Widening
+from .features import feature, feature_ranges
 
 #: Output of the ONNX file: half the width of the interval before the cut at 0.
 MARGIN = "mu_margin"
@@ -41,17 +43,15 @@ SMALLEST_ERROR = 1e-9
 LEAST_TESTS = 4
 #: What is kept of a measured coverage; see `interval_coverage.coverage_measures`.
 MEASURES = ("expected", "share", "share_low", "share_high", "points", "worst_test", "tests", "mean_width")
-MOST_ROLES, LONGEST_TEXT = 100, 200
+MOST_ROLES, LONGEST_TEXT, MOST_GAPS = 100, 200, 20
 #: Largest size of constant and slopes: the slope of a load that hardly varies is steep, and the constant makes up for it.
 LARGEST = 1e8
 #: Largest logarithm of the width inside the domain: beyond it no width is one, and the graph would overflow.
 WIDEST = 50.0
-#: Keep the logarithms regular at zero loads: mm/s, MPa, mm.
-V_OFFSET, SIGMA_OFFSET, SD_OFFSET = 10.0, 200.0, 2.0
 
 
 class IntervalNumbers(TypedDict):
-    """What a model card shows of an interval; `slopes` by load, `coverage` by role."""
+    """What a model card shows of an interval; `slopes` by load, `coverage` by role, `between` as `Widening` writes it."""
 
     level: float
     method: str
@@ -62,15 +62,17 @@ class IntervalNumbers(TypedDict):
     constant: float
     slopes: dict[str, float]
     coverage: dict[str, dict[str, float]]
+    between: list[JsonObject]
 
 
 @dataclass(frozen=True)
 class PredictionInterval:
     """The calibrated interval of one model; symmetric around mu, cut at 0.
 
-    ``margin = factor(level) * exp(constant + slopes . features) * (1 + distance)``: the features are those of
+    ``margin = factor(level) * exp(constant + slopes . features) * (1 + distance) + between``: the features are those of
     `feature` at the nearest point of the trained domain, and `distance` is how far the loads lie outside
-    of it. Outside the domain nothing was measured: there the growth is a convention and no coverage is promised.
+    of it. Outside the domain nothing was measured: there the growth is a convention and no coverage is promised. `between` is
+    the sum of the widenings in the gaps of the plan.
 
     Examples
     --------
@@ -106,6 +108,8 @@ class PredictionInterval:
     source: str
     #: Measured coverage by role of the tests; see `interval_coverage.coverage_measures`.
     coverage: Mapping[str, Mapping[str, float]]
+    #: What is added between the levels of a plan that the law meets and may miss the truth between.
+    between: tuple[Widening, ...] = ()
 
     def method(self, level: float | None = None) -> str:
         """Return ``conformal``, or ``student`` where the tests are too few for the level."""
@@ -143,7 +147,10 @@ class PredictionInterval:
         for name, slope in zip(LOAD_NAMES, self.slopes):
             if slope != 0.0:
                 width = width + slope * feature(x, name, inside[LOAD_NAMES.index(name)])
-        return x.exp(width) * (1.0 + outside)
+        added: Value = 0.0
+        for widening in self.between:
+            added = added + widening.at(x, inside[LOAD_NAMES.index(widening.load)])
+        return x.exp(width) * (1.0 + outside) + added
 
     def margins(self, loads: FloatArray, domain: Domain, level: float | None = None) -> FloatArray:
         """Return `margin` at loads of shape (n, 5) as an array of shape (n,)."""
@@ -168,6 +175,7 @@ class PredictionInterval:
             "constant": self.constant,
             "slopes": dict(zip(LOAD_NAMES, self.slopes)),
             "coverage": {role: dict(m) for role, m in self.coverage.items()},
+            "between": [w.to_dict() for w in self.between],
         }
 
     def to_dict(self) -> dict[str, object]:
@@ -226,6 +234,7 @@ class PredictionInterval:
             check_integer("interval", "tests", content.get("tests"), LEAST_TESTS, 10**9),
             check_integer("interval", "points", content.get("points"), LEAST_TESTS, 10**12),
             *(constant, slopes, tuple(scores.tolist()), source, coverage),
+            _between(content.get("between", [])),  # intervals of earlier versions have none
         )
 
 
@@ -234,16 +243,10 @@ def check_level(level: object) -> float:
     return check_number("interval", "level", level, LOWEST_LEVEL, HIGHEST_LEVEL)
 
 
-def feature(x: Ops, name: str, column: Value) -> Value:
-    """Return what the logarithm of the width is linear in: T, and logarithms of the other loads."""
-    offset = {"v_rel": V_OFFSET, "sigma_n": SIGMA_OFFSET, "sd": SD_OFFSET, "psi": 0.0}
-    return column if name == "T" else x.log(column + offset[name])
-
-
-def feature_ranges(domain: Domain) -> list[tuple[float, float]]:
-    """Return the smallest and largest `feature` of each load in a domain."""
-    x = NumpyOps()
-    return [
-        (float(feature(x, n, np.array(low))), float(feature(x, n, np.array(high))))
-        for n, low, high in zip(LOAD_NAMES, domain.lower, domain.upper)
-    ]
+def _between(content: object) -> tuple[Widening, ...]:
+    """Return the widenings that a file holds. Raises InputError: too many, or no widenings."""
+    if not isinstance(content, list) or len(content) > MOST_GAPS:
+        raise InputError(
+            f"interval: between = {content!r:.60}; allowed: a list of at most {MOST_GAPS} widenings"
+        )
+    return tuple(Widening.from_dict(entry) for entry in content)

@@ -9,18 +9,17 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.base import clone
 
-from ..common import InputError
-from ..expressions.ops import NumpyOps
-from ..loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
-from ..loads.splits import k_fold
-from .domain import Domain
-from .intervals import (
+from ...common import InputError
+from ...expressions.ops import NumpyOps
+from ...loads import LOAD_NAMES, LOADS, FloatArray, TriboLoads
+from ...loads.splits import k_fold
+from ..domain import Domain
+from .features import feature, feature_ranges
+from .prediction_interval import (
     LEAST_TESTS,
     PROBABILITIES,
     SMALLEST_ERROR,
     PredictionInterval,
-    feature,
-    feature_ranges,
 )
 
 FOLDS = 5
