@@ -312,6 +312,8 @@ def _parameters(campaign: BinnedTests, term: FittedTerm) -> FittedEffect:
         found[name] = {"value": values[name], "unit": unit}
         if name in term.intervals:
             found[name]["interval"] = list(term.intervals[name])
+        if name in term.not_known:
+            found[name]["not_known"] = True
     # a factor says its labels itself, and so do pooled levels
     batches = labels_of(campaign, Batch.name) if effect.name == Batch.name else []
     said = f" ({numbered(batches)})" if batches and not effect.pooled else ""

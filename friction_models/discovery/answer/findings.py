@@ -76,6 +76,7 @@ class ParameterValue(TypedDict):
     value: float
     unit: str
     interval: NotRequired[list[float]]
+    not_known: NotRequired[bool]  #: The interval is all that was sought.
 
 
 class FittedEffect(TypedDict):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
@@ -36,10 +38,6 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         if shape.name == name
         for low, high in [term.sought[name]]
     ]
-    tied = [
-        f"the data tie {first} to {second} (correlation {value:+.2f}): each alone is poorly known"
-        for first, second, value in fitted.correlations[:3]
-    ]
     highest = campaign.largest_mu
     opposed = [
         f"{term.name} contributes up to {largest:.2g}, more than the largest mu ({highest:.2g}): model and effect make up for each other "
@@ -62,8 +60,35 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         for low, high in [term.intervals[a.name]]
         if low < 0.0 < high
     ]
-    known = at_bounds + at_limits + tied + opposed + faults + unsized
+    known = at_bounds + at_limits + tied_text(fitted.correlations) + opposed + faults + unsized
     return [*known, *_turning(campaign, fitted), *_between(campaign, fitted)]
+
+
+def tied_text(correlations: Sequence[tuple[str, str, float]]) -> list[str]:
+    """Return a warning for each set of parameters that the data tie to one another.
+
+    Examples
+    --------
+    >>> pairs = [("a.n", "a.delta", 0.99), ("b.n", "b.delta", -0.95), ("a.delta", "a.scale", -0.93)]
+    >>> for line in tied_text(pairs):
+    ...     print(line)
+    the data tie a.n, a.delta, a.scale to one another (correlations of 0.93 to 0.99): each alone is poorly known
+    the data tie b.n, b.delta to one another (correlation -0.95): each alone is poorly known
+    """
+    sets: list[list[str]] = []
+    for first, second, _ in correlations:
+        joined = [names for names in sets if first in names or second in names]
+        sets = [names for names in sets if names not in joined]
+        sets.append(list(dict.fromkeys([*(n for names in joined for n in names), first, second])))
+    lines = []
+    for names in sorted(sets, key=lambda names: min(k for k, c in enumerate(correlations) if c[0] in names)):
+        values = [value for first, _, value in correlations if first in names]
+        low, high = (f"{f(map(abs, values)):.2f}" for f in (min, max))
+        size = f"correlations of {low} to {high}" if low != high else f"correlations of {high}"
+        if len(values) == 1:
+            size = f"correlation {values[0]:+.2f}"
+        lines.append(f"the data tie {', '.join(names)} to one another ({size}): each alone is poorly known")
+    return lines
 
 
 def draws_another_law(campaign: BinnedTests, fitted: FittedTerms) -> bool:

@@ -18,7 +18,15 @@ from .figures_data import (
 )
 from .findings import Findings, ParameterValue
 from .uncertain_loads import from_loads_text
-from .wording import about_next_tests, alternatives, floor_source, mu_format, p_text, parts_of_floor
+from .wording import (
+    about_next_tests,
+    alternatives,
+    floor_source,
+    interval_text,
+    mu_format,
+    p_text,
+    parts_of_floor,
+)
 
 #: Cells of the map along each load, and places of a response curve.
 CELLS = 6
@@ -188,8 +196,5 @@ def _response(d: Findings) -> list[str]:
 
 
 def _with(value: ParameterValue) -> str:
-    unit = behind(value["unit"])
-    if "interval" not in value:
-        return f"{value['value']:.4g}{unit}"
-    low, high = value["interval"]
-    return f"{value['value']:.4g} ({low:.3g} to {high:.3g}){unit}"
+    interval = f" ({interval_text(value)})" if "interval" in value else ""
+    return f"{value['value']:.4g}{interval}{behind(value['unit'])}"

@@ -11,7 +11,7 @@ from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.scan import Fit
 from ...estimation.search.structure import StructurePlace
 from ..judge.verdict import LEVEL, Evidence
-from .findings import TestGroups
+from .findings import ParameterValue, TestGroups
 from .repeated_settings import settings_text
 
 #: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
@@ -115,6 +115,24 @@ def parts_of_floor(floor: NoiseFloorNumbers) -> str:
         for part, name in (("test", "test scatter"), ("drift", "drift"), ("sensor", "sensor"))
     )
     return f"of its square {said}, which has {floor['sensor']:{mu_format(floor['total'])}} a point"
+
+
+def interval_text(value: ParameterValue) -> str:
+    """Return the 95 % interval of a fitted parameter, in words where it is not known.
+
+    Examples
+    --------
+    >>> interval_text({"value": 13.7, "unit": "mm/s", "interval": [9.0, 21.0]})
+    '9 to 21'
+    >>> interval_text({"value": 13.7, "unit": "mm/s", "interval": [1.25, 1200.0], "not_known": True})
+    'not known: 1.25 to 1200 was sought'
+    >>> interval_text({"value": 1.0, "unit": "1"})
+    'not fitted'
+    """
+    if "interval" not in value:
+        return "not fitted"
+    low, high = (f"{float(f'{edge:.3g}'):g}" for edge in value["interval"])
+    return f"not known: {low} to {high} was sought" if value.get("not_known") else f"{low} to {high}"
 
 
 def about_next_tests(verdict: str) -> str:

@@ -64,6 +64,15 @@ class FittedTerm:
         ]
 
     @property
+    def not_known(self) -> list[str]:
+        """Shape parameters of which every value that was sought is possible: their intervals are the bounds of the search."""
+        return [
+            s.name
+            for s in self._fitted
+            if all(s.at_bound(edge, self.sought[s.name]) for edge in self.intervals[s.name])
+        ]
+
+    @property
     def _fitted(self) -> list[ShapeParameter]:
         return [s for s in self.effect.free_shapes if s.name in self.intervals]
 

@@ -13,8 +13,7 @@ from friction_models.common.wording import counted
 from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
-from friction_models.discovery.answer.findings import ParameterValue
-from friction_models.discovery.answer.wording import JUMP, NOTHING, NOTHING_SEEN
+from friction_models.discovery.answer.wording import JUMP, NOTHING, NOTHING_SEEN, interval_text
 from friction_models.discovery.judged_addition import Addition
 from friction_models.discovery.refinement import round_notes
 from friction_models.effects import make_effect
@@ -229,14 +228,6 @@ def _left_after(averages: pd.DataFrame) -> pd.Series[float]:
     return (after["square"].sum() / after["points"].sum()) ** 0.5
 
 
-def _interval(value: ParameterValue) -> str:
-    return (
-        "to ".join(f"{edge:.3g} " for edge in value["interval"]).strip()
-        if "interval" in value
-        else "not fitted"
-    )
-
-
 def _response(found: Diagnosis) -> str:
     parts = []
     chart = effect_chart(found)
@@ -255,7 +246,7 @@ def _response(found: Diagnosis) -> str:
                 k,
                 told["parameters"].get(k, ""),
                 f"{v['value']:.4g}",
-                _interval(v),
+                interval_text(v),
                 "" if v["unit"] == "1" else v["unit"],
             )
             for k, v in entry["values"].items()
