@@ -79,8 +79,8 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
     few = all_odd if len(all_odd) <= most else set()
     if first != most and not 0 < len(all_odd) <= most:
         # of many, those that lie off also where fewer are left out to begin with are a matter of single tests
-        nearest, clear = search.odd(most), 0 < len(all_odd) <= told
-        few = nearest if len(nearest) <= most and (nearest <= all_odd or not clear) else set()
+        nearest = search.odd(most)
+        few = nearest if len(nearest) <= most and (nearest <= all_odd or len(all_odd) > told) else set()
     names = campaign.tests
     many = sorted(all_odd - few) if len(all_odd) <= told else []
     return OddTests([names[k] for k in sorted(few)], [names[k] for k in many])
