@@ -100,6 +100,8 @@ def _for_question(
     fits, weight = weighed(campaign, question)
     if len(fits) < 2:
         return [], []
+    driving = {load for f in fits for load in f.effect.driver}
+    tests = [t for t in tests if not t.about or t.about in driving]
     held = {f.name for f in rivals[: question.held]}
     prior = answer.prior(weight, np.array([f.name in held for f in fits]))
     allowed = allowance(max(f.evidence for f in rivals))

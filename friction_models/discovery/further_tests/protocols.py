@@ -28,6 +28,8 @@ REST, READING = 60.0, 10.0
 RELIEVED = 0.2
 #: Protocol of a constant test between the levels of a plan.
 BETWEEN = "between levels"
+#: Expansions that differ by more than this share are of different shapes.
+OTHER_SHAPE = 0.1
 #: Sliding distance of a proposed test where the data do not say how far tests slide [mm].
 USUAL_DISTANCE = 20.0
 
@@ -43,7 +45,9 @@ class PlannedTest:
     #: ``sigma_end``, ``hold_at`` [mm] and ``hold`` [s], ``zero_reading`` [s].
     row: PlanRow
     loads: TriboLoads  #: Loads to expect along it, at `POINTS` equal distances.
-    fills: Gap | None = None  #: Gap in a load in which it lies.
+    #: Load of which alone it tells more than a test at usual settings: its specimen has another shape, or it lies in a gap of the load.
+    about: str = ""
+    fills: Gap | None = None  #: That gap.
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,7 @@ class Settings:
         if protocol == "long run":
             shown["sd [mm]"] = length
         loads = self._loads(speed, pressure, tool, psi, length, rest_at)
-        return PlannedTest(protocol, self._shown(shown), row, loads)
+        return PlannedTest(protocol, self._shown(shown), row, loads, "psi" if shape else "")
 
     def _shown(self, setpoints: SetPoints) -> SetPoints:
         """Return set points for people without those of loads that the data lack."""
@@ -172,7 +176,8 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
     for gap, value in s.gaps.items():
         settings = {"sigma_n": ends, "v_rel": outer, "T": tools} | {gap.load: [value]}
         found += [
-            replace(s.test(BETWEEN, p, v, tool), fills=gap) for p, v, tool in product(*settings.values())
+            replace(s.test(BETWEEN, p, v, tool), about=gap.load, fills=gap)
+            for p, v, tool in product(*settings.values())
         ]
     if fast > slow and "v_set" not in s.unknown:
         untested = [value for gap, value in s.gaps.items() if gap.load == "v_rel"]
@@ -202,10 +207,16 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
 
 
 def _shapes(campaign: BinnedTests, usual: float) -> tuple[tuple[float | None, float], ...]:
-    """Return the specimen shapes with the expansion that each gives, the commonest first; at most three."""
+    """Return the specimen shapes with the expansion that each gives, the commonest first; at most three.
+
+    Where the test table does not say which shapes there were, the expansions that the tests reached stand for them.
+    """
     column = campaign.system.get("psi_set")
     if column is None:
-        return ((None, usual),)
+        if (reached := campaign.levels.get("psi")) is None:
+            return ((None, usual),)
+        middle, *ends = (rounded(x) for x in (np.median(reached), reached.min(), reached.max()))
+        return tuple((x, x) for x in (middle, *(x for x in ends if abs(x - middle) > OTHER_SHAPE * middle)))
     values, counts = np.unique(column[campaign.point_starts, 0], return_counts=True)
     common = float(values[np.argmax(counts)])
     chosen = dict.fromkeys([common, float(values[0]), float(values[-1])])

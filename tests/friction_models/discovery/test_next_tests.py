@@ -394,3 +394,23 @@ def test_each_question_is_about_one_name_and_its_own_rivals() -> None:
     # what stands in for the one name is weighed neither against the other name nor against its rivals
     ranked = [[f.name for f in q.found.ranking] for q in asked]
     assert ranked == [["offset", "power", "wear"], ["hot", "melting", "wear"]]
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_expansions_that_were_reached_are_proposed_also_where_no_table_sets_them(told: bool) -> None:
+    rng, tests = np.random.default_rng(2), []
+    sd = np.linspace(0.5, 20.0, 20)
+    for k, (sigma, v, psi) in enumerate(product((600.0, 1800.0), (10.0, 60.0, 300.0), (1.1, 4.0, 15.0))):
+        mu = 0.08 + 0.01 * np.arctan(np.log(psi)) + rng.normal(0.0, 0.001) + rng.normal(0.0, 0.0005, 20)
+        loads = {"v_rel": v, "T": 20.0 + 0.5 * sd, "sigma_n": sigma, "sd": sd, "psi": psi}
+        tests.append(pd.DataFrame({"test_id": f"t{k}", "t": sd / v, **loads, "mu": mu}))
+    points = pd.concat(tests, ignore_index=True)
+    table = pd.DataFrame({"test_id": points["test_id"].unique(), "T_tool": 20.0})
+    if told:
+        table["psi_set"] = np.tile([1.1, 4.0, 15.0], 6)
+    found = possible_tests(prepare(points, table))
+    assert {1.1, 15.0} <= {t.row["psi_set"] for t in found} <= {1.1, 4.0, 15.0}
+    assert 15.0 in {float(t.loads.psi[0]) for t in found if t.about == "psi"}
+    # nobody asks for another shape where nothing that may be true hangs on it
+    asked = diagnose(points, table, catalogue=["stribeck", "flash_temperature"])
+    assert len({row["psi_set"] for n in asked.next_tests for row in n["plan"]}) < 2
