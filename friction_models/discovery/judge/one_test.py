@@ -17,22 +17,34 @@ MOST_OF_ONE = 0.5
 
 
 def resting_on_one(campaign: BinnedTests, found: SearchRound, chosen: Sequence[Fit]) -> dict[str, str]:
-    """Return the test that holds most of what a name explains, for each name of which one test holds more than half."""
+    """Return the test that holds most of what a name explains, for each name of which the level of one test holds more than half.
+
+    What changes along that test in the way of the name is no matter of its level: a wrong record is off as a whole.
+    """
     if len(campaign.tests) < 2 or not chosen:
         return {}
     signals = found.project(found.whiten(np.column_stack([f.binned for f in chosen])))
-    all_left = _left(found, signals)
     resting = {}
     for k, fit in enumerate(chosen):
-        gained = _left(found, np.delete(signals, k, axis=1)) ** 2 - all_left**2
-        by_test = np.bincount(campaign.test, gained, len(campaign.tests))
-        if by_test.max() > MOST_OF_ONE * by_test.sum() > 0.0:
-            resting[fit.name] = campaign.tests[int(np.argmax(by_test))]
+        by_test = _gained(campaign, found.residual, signals, k)
+        most = int(np.argmax(by_test))
+        if not by_test[most] > MOST_OF_ONE * by_test.sum() > 0.0:
+            continue
+        level = found.project(found.whiten((campaign.test == most).astype(float)))[:, None]
+        freed = _gained(campaign, _beyond(found.residual, level), _beyond(signals, level), k)
+        if freed[most] < MOST_OF_ONE * by_test[most]:
+            resting[fit.name] = campaign.tests[most]
     return resting
 
 
-def _left(found: SearchRound, signals: FloatArray) -> FloatArray:
-    """Return what base and signals leave of mu, whitened, shape (m,)."""
-    if not signals.shape[1]:
-        return found.residual
-    return np.asarray(found.residual - signals @ np.linalg.lstsq(signals, found.residual, rcond=1e-9)[0])
+def _gained(campaign: BinnedTests, residual: FloatArray, signals: FloatArray, k: int) -> FloatArray:
+    """Return by how much signal `k` beside the others lowers the squares of each test, shape (tests,)."""
+    gained = _beyond(residual, np.delete(signals, k, axis=1)) ** 2 - _beyond(residual, signals) ** 2
+    return np.bincount(campaign.test, gained, len(campaign.tests))
+
+
+def _beyond(values: FloatArray, columns: FloatArray) -> FloatArray:
+    """Return what columns, shape (m, k), leave of values, shape (m, ...)."""
+    if not columns.shape[1]:
+        return values
+    return np.asarray(values - columns @ np.linalg.lstsq(columns, values, rcond=1e-9)[0])
