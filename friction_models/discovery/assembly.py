@@ -11,6 +11,8 @@ from ..effects import Batch
 from ..effects.metadata.factor import numbered
 from ..estimation.campaign.binning import BinnedTests
 from ..estimation.campaign.factors import labels_of
+from ..estimation.campaign.gaps import gaps_text
+from ..estimation.fit.open_gaps import open_gaps
 from ..estimation.fit.parameters import FittedTerm, fit_terms
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.scan import Fit
@@ -55,6 +57,7 @@ class Judged:
     unseen: UnseenTests | None = None
     beside: Callable[[Sequence[Fit]], SearchRound] | None = None  #: Searches beside names.
     knows_noise: bool = False
+    odd_kept: bool = False  #: Whether tests that lie far off all others are among these.
 
     @property
     def verdict(self) -> str:
@@ -129,6 +132,7 @@ def assemble(
             off=level.p_value if level.off else None,
             grouped=factor is not None or bool(in_order),
             knows_noise=judged.knows_noise,
+            odd_kept=judged.odd_kept,
             unread=unread,
             other_cause=bool(on_one or instead) or draws_another_law(campaign, fitted),
         ),
@@ -148,6 +152,10 @@ def assemble(
     warnings += [*in_order, *uncertain_drivers(whole[0], fitted.terms)]
     unsure = sure <= EITHER < most and factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
+    if verdict == "nothing_missing" and (untested := gaps_text(campaign)):
+        warnings.append(
+            f"no test measured between the levels of the plan ({untested}): what friction does there, none of them says"
+        )
     usual_mu = float(np.mean(np.abs(campaign.mu)))
     warnings += could_hide(hidden, usual_mu)
     may_hide = stands_out(found, judged.confirmed) is not None
@@ -159,7 +167,8 @@ def assemble(
         *about_jumps(campaign, fitted, instead),
     ]
     questions = _questions(judged, confusion, unread)
-    proposals, inseparable = propose(campaign, questions, mu, base, _answer(verdict, sure), unread)
+    gaps = open_gaps(campaign, fitted)
+    proposals, inseparable = propose(campaign, questions, mu, base, _answer(verdict, sure), gaps, unread)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     close = None

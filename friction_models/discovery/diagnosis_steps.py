@@ -126,6 +126,7 @@ def diagnose(
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
+    judged.odd_kept = tested.odd_kept
     if base.fixed and knows_the_noise(measured, base_law(base.model, measured, seed)):
         judged.knows_noise = True
         judged.notes.append(FITTED_TO_THESE.format(base=base.name))

@@ -69,6 +69,8 @@ class Addition(TypedDict):
     without: NotRequired[dict[str, dict[str, Any]]]
     #: What of the fitted parameters is not known; not in older files.
     warnings: NotRequired[list[str]]
+    #: Tests that lie far off what all others say, without which all was fitted and judged.
+    left_out: NotRequired[list[str]]
 
 
 def models_to_judge(

@@ -34,6 +34,7 @@ class JudgedTests:
     base: BaseLaw
     floor: NoiseFloor | None  #: A first noise floor, where there are enough averages.
     odd: tuple[str, ...] = ()  #: Names of the tests that were left out.
+    odd_kept: bool = False  #: Whether more lie off, too many to be left out.
 
 
 def tests_beside(measured: BinnedTests, model: Any, seed: int) -> JudgedTests:
@@ -63,6 +64,7 @@ def without_odd(found: JudgedTests, model: Any, seed: int) -> JudgedTests:
         judged = replace(tests_beside(left, model, seed), odd=tuple(odd.few))
     if odd.too_many:
         judged.campaign.warnings = [*judged.campaign.warnings, too_many_text(odd.too_many)]
+        judged = replace(judged, odd_kept=True)
     return judged
 
 

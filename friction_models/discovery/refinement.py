@@ -140,6 +140,8 @@ def refine(
         learned = campaign if held is None else campaign.part(rows)
         terms = fit_terms(learned, surrogate(clone(inner), learned), held_effects)
         entry["warnings"] = about_the_fit(learned, terms)
+        if odd:
+            entry["left_out"] = list(odd)
         history.append(entry)
         fitted.record_errors("held_out" if held is not None else "cross_validated", entry["after"])
     fitted.error_history_ = history

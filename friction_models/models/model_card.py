@@ -169,6 +169,7 @@ def _between_lines(interval: IntervalNumbers) -> list[str]:
     gaps = [
         f"{w['extra']:.2g} at {w['load']} {w['low']:.4g} to {w['high']:.4g}{behind(POINT_UNITS[w['load']])}"
         for w in interval.get("between", ())
+        if w["extra"]
     ]
     if not gaps:
         return []

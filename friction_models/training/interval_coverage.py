@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from ..common import InputError
 from ..estimation.campaign.binning import prepare
-from ..estimation.campaign.gaps import gaps_of
-from ..loads import LOAD_NAMES, POINT_UNITS, DataSet, FloatArray, TriboLoads
-from ..loads.contract import behind
+from ..estimation.campaign.gaps import gaps_text
+from ..loads import DataSet, FloatArray, TriboLoads
 from ..loads.dataset import roles_of
 from ..models.base import FrictionModel
 from ..models.intervals.prediction_interval import LEVEL, PredictionInterval
@@ -104,31 +103,30 @@ def add_interval(
 
 def report(interval: PredictionInterval) -> str:
     """Return a text report of a calibrated interval."""
-    same = "the same width everywhere in the domain"
-    varies = "the width depends on the loads" if any(interval.slopes) else same
+    varies = "the width depends on the loads" if any(interval.slopes) else "the same width at all loads"
     method = f"{100.0 * interval.level:g} %, {interval.method()}"
-    loads = dict.fromkeys(w.load for w in interval.between)
+    loads = dict.fromkeys(w.load for w in interval.between if w.extra)
     gaps = [f"{n} by up to {max(w.extra for w in interval.between if w.load == n):.2g}" for n in loads]
-    between = f"; wider between the levels of the plan ({', '.join(gaps)})" if gaps else ""
+    between = f" but between the levels of the plan, where it is wider ({', '.join(gaps)})" if gaps else ""
     head = f"Prediction interval ({method}): {interval.tests} tests, {interval.source}; {varies}{between}\n"
     return head + (coverage_text(interval.coverage) if interval.coverage else "")
 
 
-def gaps_text(data: DataSet) -> str:
-    """Return in which ranges of the loads no training test measured, so that nothing says how well an interval holds; empty for none."""
+def not_measured(data: DataSet, checked: Collection[str] = ()) -> str:
+    """Return in which ranges of the loads no training test measured, so that no test says how well an interval holds; empty for none.
+
+    Gaps in loads that were `checked` by leaving levels out are none of them.
+    """
     chosen = data.select("train")
     try:
-        campaign = prepare(chosen.points, chosen.tests)
+        found = gaps_text(prepare(chosen.points, chosen.tests), checked)
     except InputError:  # what cannot be averaged can still be predicted
         return ""
-    found = [
-        f"{name} {' and '.join(f'{gap.low:.3g} to {gap.high:.3g}' for gap in gaps)}{behind(POINT_UNITS[name])}"
-        for name in LOAD_NAMES
-        if (gaps := gaps_of(campaign, name))
-    ]
-    if not found:
-        return ""
-    return f"Not measured between the levels of the plan ({'; '.join(found)}): how well the interval holds there, no test says\n"
+    return (
+        f"Not measured between the levels of the plan ({found}): how well the interval holds there, no test says\n"
+        if found
+        else ""
+    )
 
 
 def coverage_text(coverage: Mapping[str, Mapping[str, float]]) -> str:

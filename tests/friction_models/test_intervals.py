@@ -31,8 +31,8 @@ from friction_models.models.model_card import card_text
 from friction_models.training.interval_coverage import (
     add_interval,
     coverage_measures,
-    gaps_text,
     measured_coverage,
+    not_measured,
     wilson,
 )
 
@@ -317,8 +317,8 @@ def test_what_no_test_measured_is_told_beside_the_interval() -> None:
             parts.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": 0.1 + 0.001 * rng.normal()}))
         return DataSet(pd.concat(parts, ignore_index=True), None)
 
-    assert "(v_rel 5 to 50 and 50 to 500 mm/s)" in gaps_text(at((5.0, 50.0, 500.0)))
-    assert gaps_text(at((5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 500.0))) == ""
+    assert "(v_rel 5 to 50 and 50 to 500 mm/s)" in not_measured(at((5.0, 50.0, 500.0)))
+    assert not_measured(at((5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 500.0))) == ""
 
 
 def curved(
@@ -373,7 +373,8 @@ def test_where_levels_show_no_miss_it_stays_as_wide(
     loads, mu, tests = curved(levels, bend, scatter)
     model = LinearFriction().fit(loads, mu, tests).calibrate(loads, mu, tests)
     assert model.interval is not None
-    assert model.interval.between == ()
+    assert all(w.extra == 0.0 for w in model.interval.between)
+    assert bool(model.interval.between) == (bend == 0.0)  # there a level was left out, and not missed
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.curves import transformed
-from ...estimation.campaign.gaps import gaps_of
+from ...estimation.fit.open_gaps import OpenGap, open_gaps
 from ...estimation.fit.parameters import FittedTerms
 from ...estimation.search.law_signs import imitates, turning_point
 from ...estimation.search.zero_reading import share_of_mu
@@ -123,20 +123,18 @@ def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
 
 def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     """Return warnings about loads that were not measured where the formula of an effect alone says how it changes."""
+    by_load: dict[tuple[str, str], list[OpenGap]] = {}
+    for found in open_gaps(campaign, fitted):
+        by_load.setdefault((found.effect, found.gap.load), []).append(found)
     said = []
-    for term in fitted.terms:
-        for name in dict.fromkeys(term.effect.driver):
-            changes = [(gap, gap.change(campaign, term.binned)) for gap in gaps_of(campaign, name)]
-            open_ = [(gap, change) for gap, change in changes if change > 0.0]
-            if not open_:
-                continue
-            unit = behind(POINT_UNITS[name])
-            where = ", nor ".join(f"between {gap.low:.3g} and {gap.high:.3g}{unit}" for gap, _ in open_)
-            amounts = " and ".join(f"{change:.2g}" for _, change in open_)
-            middles = " and ".join(f"{gap.middle:.3g}" for gap, _ in open_)
-            tests = "tests" if len(open_) > 1 else "a test"
-            said.append(
-                f"no test measured {name} {where}, and {term.name} changes by {amounts} in between: how, only its formula says, and "
-                f"prediction of unseen tests at the same levels cannot tell; {tests} at about {middles}{unit} would"
-            )
+    for (effect, name), gaps in by_load.items():
+        unit = behind(POINT_UNITS[name])
+        where = ", nor ".join(f"between {g.gap.low:.3g} and {g.gap.high:.3g}{unit}" for g in gaps)
+        changes = " and ".join(f"{g.change:.2g}" for g in gaps)
+        middles = " and ".join(f"{g.gap.middle:.3g}" for g in gaps)
+        tests = "tests" if len(gaps) > 1 else "a test"
+        said.append(
+            f"no test measured {name} {where}, and {effect} changes by {changes} in between: how, only its formula says, and "
+            f"prediction of unseen tests at the same levels cannot tell; {tests} at about {middles}{unit} would"
+        )
     return said

@@ -26,6 +26,7 @@ from .wording import (
     mu_format,
     p_text,
     parts_of_floor,
+    told_by,
 )
 
 #: Cells of the map along each load, and places of a response curve.
@@ -58,7 +59,7 @@ def _next(d: Findings) -> list[str]:
     return lines + [
         f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {n['entropy_reduction']:.2f} bits"
         + (f" by {n['tests']} tests" if n["tests"] > 1 else "")
-        + f"; {' from '.join(n['separates'])}: {n['expected_t']:.3g}"
+        + f"; {told_by(n['separates'], n['expected_t'])}"
         for n in d.next_tests
     ]
 

@@ -135,6 +135,20 @@ def interval_text(value: ParameterValue) -> str:
     return f"not known: {low} to {high} was sought" if value.get("not_known") else f"{low} to {high}"
 
 
+def told_by(separates: Sequence[str], expected_t: float) -> str:
+    """Return what a proposed test tells.
+
+    Examples
+    --------
+    >>> told_by(["stribeck", "hersey"], 4.963)
+    'stribeck from hersey: 4.96'
+    >>> told_by(["stribeck"], 0.0)
+    'what stribeck does there'
+    """
+    first, *others = separates
+    return f"{first} from {others[0]}: {expected_t:.3g}" if others else f"what {first} does there"
+
+
 def about_next_tests(verdict: str) -> str:
     """Return for what answer tests are proposed, where that is not the one that is given.
 

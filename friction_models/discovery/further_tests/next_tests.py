@@ -13,8 +13,8 @@ from typing import Any, NotRequired, TypedDict, cast
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
-from ...estimation.campaign.gaps import Gap
 from ...estimation.campaign.metadata import levels_text
+from ...estimation.fit.open_gaps import OpenGap
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.importance import LEAST_SHARE, weighted_rms
 from ...estimation.search.scan import Fit
@@ -37,16 +37,16 @@ MOST_REPEATS, ENDLESS = 12, 1000
 LEAST_BITS, USELESS = 0.01, 0.5
 #: Protocol of a reading of the cell without load.
 READ = "zero reading"
-#: Most proposals.
-SHOWN = 5
+#: Most proposals, and most of them in gaps.
+SHOWN, MOST_GAPS = 5, 3
 
 
 class NextTest(TypedDict):
     """A proposed test.
 
-    What is set in it, which two effects it separates most, by how many standard errors, how many repeats that takes, the tests
-    as rows of a plan, by how many bits all of them together are expected to reduce the entropy of the answer, and how many
-    tests they are.
+    What is set in it, which two effects it separates most (one, where it shows only what that does between the levels of the plan),
+    by how many standard errors, how many repeats that takes, the tests as rows of a plan, by how many bits all of them together are
+    expected to reduce the entropy of the answer, and how many tests they are.
     """
 
     protocol: str
@@ -65,21 +65,29 @@ def propose(
     mu: FloatArray,
     base: BaseLaw,
     answer: Answer,
+    gaps: Sequence[OpenGap] = (),
     read_first: bool = False,
 ) -> tuple[list[NextTest], list[str]]:
     """Return the tests that are expected to reduce the entropy of the answer most per test, and remarks.
 
     `mu`, shape (n,), is the friction of the base, for effects that need one. For each question the best settings of each protocol
-    are proposed. A reading without load is among them wherever it tells; it leads if it is to be `read_first`. So is a test
-    between the levels of a load that drives what is named. There is a remark for each rival
-    that no proposal separates, and on what to do where loads cannot tell.
+    are proposed. A reading without load is among them wherever it tells; it leads if it is to be `read_first`. So is a test in
+    each of the `gaps`, whatever it tells of rivals. There is a remark for each rival that no proposal separates, and on what to do
+    where loads cannot tell.
     """
     tests = possible_tests(campaign)
     answers = [_for_question(campaign, question, mu, base, answer, tests) for question in questions]
-    entries = sorted(
-        (e for found, _ in answers for e in found), key=lambda e: -e["entropy_reduction"] / e["tests"]
-    )
-    wanted = [e for p in (READ, BETWEEN) for e in [e for e in entries if e["protocol"] == p][:1]]
+    filled = [g for g in gaps if any(t.fills == g.gap for t in tests)]
+    largest = sorted(filled, key=lambda g: -g.change)[:MOST_GAPS]
+    in_gaps = [_in_gap(gap, [e for found, _ in answers for e in found], tests) for gap in largest]
+    entries = [
+        e
+        for found, _ in answers
+        for e in found
+        if _tells(e) and e["plan"][0] not in [w["plan"][0] for w in in_gaps]
+    ]
+    entries = sorted([*entries, *in_gaps], key=lambda e: -e["entropy_reduction"] / e["tests"])
+    wanted = [*in_gaps, *[e for e in entries if e["protocol"] == READ][:1]]
     others = [e for e in entries if e not in wanted][: SHOWN - len(wanted)]
     shown = [e for e in entries if e in wanted or e in others]
     if read_first:
@@ -95,7 +103,7 @@ def _for_question(
     answer: Answer,
     tests: list[PlannedTest],
 ) -> tuple[list[NextTest], list[str]]:
-    """Return the telling tests for one question, and its remarks."""
+    """Return the best test of each protocol, and in each gap, for one question, and its remarks."""
     found, rivals = question.found, question.rivals
     fits, weight = weighed(campaign, question)
     if len(fits) < 2:
@@ -109,11 +117,8 @@ def _for_question(
     named = known.names
     single = [([t], known.predict([t])) for t in tests] if len(named) > 1 else []
     entries = []
-    gap = None if answer.sure is None else _unknown_between(campaign, question, tests)
-    needed = [s for s in single if gap is not None and s[0][0].fills == gap]
-    for protocol in dict.fromkeys(s[0][0].protocol for s in single):
-        own = [s for s in single if s[0][0].protocol == protocol]
-        own = needed or own if protocol == BETWEEN else own
+    for kind in dict.fromkeys((s[0][0].protocol, s[0][0].fills) for s in single):
+        own = [s for s in single if (s[0][0].protocol, s[0][0].fills) == kind]
         entries.append(_entry(known, named, *max(own, key=lambda s: s[1].reduction)))
     several = _several(known, single)
     if several is not None:
@@ -122,27 +127,31 @@ def _for_question(
         entries.append(_zero_reading(campaign, found, fits, prior, tests))
     for entry in entries:
         entry["entropy_reduction"] = round(answer.missing * entry["entropy_reduction"], 3)
-    telling = [
-        e
-        for e in entries
-        if (needed and e["protocol"] == BETWEEN)
-        or (e["entropy_reduction"] >= LEAST_BITS and e["expected_t"] >= USELESS)
-    ]
     proposed = [o for _, o in single] + ([] if several is None else [several[1]])
-    return telling, _remarks(campaign, found, rivals, known.place, proposed)
+    return entries, _remarks(campaign, found, rivals, known.place, proposed)
 
 
-def _unknown_between(campaign: BinnedTests, question: Question, tests: Sequence[PlannedTest]) -> Gap | None:
-    """Return the gap over which the first name changes most; None where it changes little over all."""
-    first = question.rivals[0]
-    part = question.found.change(first)
-    changes = {
-        t.fills: t.fills.change(campaign, part)
-        for t in tests
-        if t.fills is not None and t.fills.load in first.effect.driver
+def _tells(entry: NextTest) -> bool:
+    """Return whether an entry is worth a test."""
+    return entry["entropy_reduction"] >= LEAST_BITS and entry["expected_t"] >= USELESS
+
+
+def _in_gap(gap: OpenGap, entries: Sequence[NextTest], tests: Sequence[PlannedTest]) -> NextTest:
+    """Return a test in a gap: what tells rivals apart there, too, or one that shows the form of the effect alone."""
+    inside = [t for t in tests if t.fills == gap.gap]
+    rows = [t.row for t in inside]
+    telling = [e for e in entries if e["plan"][0] in rows and _tells(e)]
+    if telling:
+        return max(telling, key=lambda e: e["entropy_reduction"])
+    return {
+        "protocol": BETWEEN,
+        "setpoints": inside[0].setpoints,
+        "separates": [gap.effect],
+        "expected_t": 0.0,
+        "plan": [inside[0].row],
+        "entropy_reduction": 0.0,
+        "tests": 1,
     }
-    gap = max(changes, key=lambda g: changes[g], default=None)
-    return gap if gap is not None and changes[gap] > 0.0 else None
 
 
 def _several(

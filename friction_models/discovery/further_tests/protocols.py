@@ -62,7 +62,7 @@ class Settings:
     shapes: tuple[tuple[float | None, float], ...]
     distance: float  #: Usual sliding distance [mm].
     heating: Heating
-    #: Setting in the middle of each gap that the tests leave in speed, pressure and temperature [mm/s, MPa, degC].
+    #: Setting in the middle of each gap that the tests leave in speed, pressure, temperature [mm/s, MPa, degC] and expansion.
     gaps: dict[Gap, float]
     unknown: tuple[str, ...] = ()  #: Columns of a plan that the data say nothing of.
 
@@ -89,7 +89,7 @@ class Settings:
             Heating.learn(array[:, 2], array[:, 0], array[:, 3], rise),
             {
                 gap: rounded(gap.middle - (float(np.median(rise)) if load == "T" else 0.0))
-                for load in ("v_rel", "sigma_n", "T")
+                for load in ("v_rel", "sigma_n", "T", "psi")
                 for gap in gaps_of(campaign, load)
             },
             tuple(SET_BY[n] for n in campaign.absent if n in SET_BY),
@@ -101,20 +101,23 @@ class Settings:
         sigma: float,
         v: float,
         tool: float,
-        shape: int = 0,
+        shape: int | float = 0,
         distance: float | None = None,
         sigma_end: float | None = None,
         v_levels: tuple[float, ...] = (),
         rest_at: int | None = None,
     ) -> PlannedTest:
-        """Return a test at constant settings, or with a ramp of pressure, steps of speed, or a rest before a point."""
+        """Return a test at constant settings, or with a ramp of pressure, steps of speed, or a rest before a point.
+
+        `shape` is one of `shapes`, or an expansion that none of them gives.
+        """
         length = self.distance if distance is None else distance
         row: PlanRow = {
             "protocol": "constant" if protocol in {"constant", "long run", BETWEEN} else protocol.replace(" ", "_"),
             "sigma_set": sigma, "v_set": v, "T_tool": tool, "sd_set": length,
         }  # fmt: skip
         row = {k: value for k, value in row.items() if k not in self.unknown}
-        psi_set, psi = self.shapes[shape]
+        psi_set, psi = self.shapes[shape] if isinstance(shape, int) else (shape, shape)
         shown: SetPoints = {"sigma_n [MPa]": sigma, "v_rel [mm/s]": v, "T_tool [degC]": tool}
         if psi_set is not None:
             row["psi_set"] = psi_set
@@ -174,10 +177,11 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
     ]
     outer = sorted({slow, fast})
     for gap, value in s.gaps.items():
-        settings = {"sigma_n": ends, "v_rel": outer, "T": tools} | {gap.load: [value]}
+        usual_shape: list[float] = [0]
+        settings = {"sigma_n": ends, "v_rel": outer, "T": tools, "psi": usual_shape} | {gap.load: [value]}
         found += [
-            replace(s.test(BETWEEN, p, v, tool), about=gap.load, fills=gap)
-            for p, v, tool in product(*settings.values())
+            replace(s.test(BETWEEN, p, v, tool, shape), about=gap.load, fills=gap)
+            for p, v, tool, shape in product(*settings.values())
         ]
     if fast > slow and "v_set" not in s.unknown:
         untested = [value for gap, value in s.gaps.items() if gap.load == "v_rel"]

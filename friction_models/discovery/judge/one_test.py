@@ -40,7 +40,7 @@ def resting_on_one(campaign: BinnedTests, found: SearchRound, chosen: Sequence[F
 def _gained(campaign: BinnedTests, residual: FloatArray, signals: FloatArray, k: int) -> FloatArray:
     """Return by how much signal `k` beside the others lowers the squares of each test, shape (tests,)."""
     gained = _beyond(residual, np.delete(signals, k, axis=1)) ** 2 - _beyond(residual, signals) ** 2
-    return np.bincount(campaign.test, gained, len(campaign.tests))
+    return np.asarray(np.bincount(campaign.test, gained, len(campaign.tests)), dtype=np.float64)
 
 
 def _beyond(values: FloatArray, columns: FloatArray) -> FloatArray:

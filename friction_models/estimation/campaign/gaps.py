@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...loads import FloatArray
+from ...loads import LOAD_NAMES, POINT_UNITS, FloatArray
+from ...loads.contract import behind
 from ...loads.gaps import GAP, gap_places
 from .binning import BinnedTests
 from .curves import transformed
@@ -66,3 +68,12 @@ def gaps_of(campaign: BinnedTests, name: str) -> list[Gap]:
         middle = 0.5 * (low + high) if even else float(np.sqrt(low * high))
         found.append(Gap(name, low, high, middle, place))
     return found
+
+
+def gaps_text(campaign: BinnedTests, without: Collection[str] = ()) -> str:
+    """Return the gaps of all loads but some, for people; empty where there are none. Between the points of a test there is none."""
+    return "; ".join(
+        f"{name} {' and '.join(f'{gap.low:.3g} to {gap.high:.3g}' for gap in gaps)}{behind(POINT_UNITS[name])}"
+        for name in LOAD_NAMES
+        if name not in without and (name != "sd" or campaign.averaged) and (gaps := gaps_of(campaign, name))
+    )

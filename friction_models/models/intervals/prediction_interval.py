@@ -108,7 +108,7 @@ class PredictionInterval:
     source: str
     #: Measured coverage by role of the tests; see `interval_coverage.coverage_measures`.
     coverage: Mapping[str, Mapping[str, float]]
-    #: What is added between the levels of a plan that the law meets and may miss the truth between.
+    #: What is added between the levels of a plan, where a fit without a level was asked; 0 where it did not miss that level.
     between: tuple[Widening, ...] = ()
 
     def method(self, level: float | None = None) -> str:
@@ -149,7 +149,8 @@ class PredictionInterval:
                 width = width + slope * feature(x, name, inside[LOAD_NAMES.index(name)])
         added: Value = 0.0
         for widening in self.between:
-            added = added + widening.at(x, inside[LOAD_NAMES.index(widening.load)])
+            if widening.extra > 0.0:
+                added = added + widening.at(x, inside[LOAD_NAMES.index(widening.load)])
         return x.exp(width) * (1.0 + outside) + added
 
     def margins(self, loads: FloatArray, domain: Domain, level: float | None = None) -> FloatArray:

@@ -143,10 +143,11 @@ def _from_card(model: Any, dataset: DataSet, card: Card, tests: float | None) ->
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
     from friction_models.training.interval_coverage import add_interval as calibrate
-    from friction_models.training.interval_coverage import gaps_text, report
+    from friction_models.training.interval_coverage import not_measured, report
 
     try:
-        return report(calibrate(model, dataset, level)) + gaps_text(dataset)
+        interval = calibrate(model, dataset, level)
+        return report(interval) + not_measured(dataset, {w.load for w in interval.between})
     except InputError as error:
         return f"no prediction interval: {error}\n"
 

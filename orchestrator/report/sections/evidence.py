@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NotRequired, TypedDict
 
 from friction_models.common.markup import bullets, escape, paragraph, table
@@ -161,11 +162,18 @@ def remarks_html(found: DiagnosisNumbers) -> str:
     return "\n".join(f"<h3>{heading}</h3>\n{html}" for heading, html in parts.items() if html)
 
 
+def _told(separates: Sequence[str], expected_t: float) -> tuple[str, str]:
+    """Return what a test tells apart, and by how many standard errors."""
+    if len(separates) < 2:
+        return f"{separates[0]} between the levels of the plan", "-"
+    return " / ".join(separates), f"{expected_t:.3g}"
+
+
 def next_tests_html(found: DiagnosisNumbers) -> str:
     """Return the proposed tests as a table, empty where there are none."""
     rows = [
         (
-            t["protocol"], setpoints_text(t["setpoints"]), " / ".join(t["separates"]), f"{t['expected_t']:.3g}",
+            t["protocol"], setpoints_text(t["setpoints"]), *_told(t["separates"], t["expected_t"]),
             t.get("repeats", "-"), f"{t['entropy_reduction']:.2f}" if "entropy_reduction" in t else "-", len(t["plan"]),
         )
         for t in found.get("next_tests", [])
