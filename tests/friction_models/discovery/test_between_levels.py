@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from friction_models.discovery import diagnose, refine
 from friction_models.discovery.refinement import history_text
@@ -35,11 +36,35 @@ def test_a_test_between_the_levels_is_proposed() -> None:
     rows = list(product((600.0, 1200.0, 1800.0), (5.0, 50.0, 500.0), (20.0, 120.0)))
     found = diagnose(*made(rows, "v_rel"), catalogue=["stribeck", "hersey", "flash_temperature"])
     assert found.effects == ["stribeck"]
-    (gap,) = [n for n in found.next_tests if n["protocol"] == "between levels"]
-    assert gap["plan"][0]["protocol"] == "constant" and gap["plan"][0]["v_set"] == 15.8
+    gaps = [n for n in found.next_tests if n["protocol"] == "between levels"]
+    assert all(n["plan"][0]["protocol"] == "constant" for n in gaps)
+    assert 15.8 in [n["plan"][0]["v_set"] for n in gaps]
     assert any("a test at about 15.8 mm/s would" in w for w in found.warnings)
     steps = [n["setpoints"]["v_rel [mm/s]"] for n in found.next_tests if n["protocol"] == "speed step"]
     assert steps == [[5.0, 15.8, 158.0, 500.0]]
+
+
+@pytest.mark.parametrize("load", ["T", "psi"])
+def test_the_test_that_a_warning_asks_for_is_in_the_plan(load: str) -> None:
+    """Also where the first gap parts rivals better, where nothing is a rival, and of an expansion; they lay in other gaps."""
+    rng, tests = np.random.default_rng(4), []
+    sd = np.linspace(0.5, 20.0, 20)
+    levels = {"T": (20.0, 160.0, 300.0), "psi": (1.2, 2.5, 6.0)}[load]
+    table = []
+    for k, (p, v, x) in enumerate(product((200.0, 490.0, 890.0), (5.0, 50.0, 500.0), levels * 2)):
+        tool, psi = (x, 1.2) if load == "T" else (100.0, x)
+        law = 0.03 * (1.0 - (x / 330.0) ** 5) if load == "T" else 0.03 * np.arctan(4.0 * np.log(x))
+        mu = 0.08 + law + rng.normal(0.0, 0.002) + rng.normal(0.0, 0.001, 20)
+        loads = {"v_rel": v, "T": tool + 0.2 * sd, "sigma_n": p, "sd": sd, "psi": psi}
+        tests.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu}))
+        table.append({"test_id": f"t{k:02d}", "T_tool": tool, "psi_set": psi})
+    found = diagnose(pd.concat(tests, ignore_index=True), pd.DataFrame(table))
+    (asked,) = [w for w in found.warnings if f"no test measured {load} between" in w]
+    middle = float(asked.rpartition("at about ")[2].split()[0])
+    rows = [row for n in found.next_tests for row in n["plan"]]
+    setting = {"T": "T_tool", "psi": "psi_set"}[load]
+    assert any(abs(float(row[setting]) - middle) < 0.05 * middle for row in rows)
+    assert f"what {found.effects[0]} does there" in found.report() or len(found.next_tests) > 1
 
 
 def film(psi: FloatArray) -> FloatArray:

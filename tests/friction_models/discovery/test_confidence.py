@@ -73,11 +73,15 @@ def test_nothing_is_missing_is_not_sure_where_an_effect_stands_out() -> None:
     assert confidence("nothing_missing", grounds | {"seen": 1.4}) == MOST_WHERE_ONE_STANDS_OUT
 
 
+@pytest.mark.parametrize("odd", [False, True])
 @pytest.mark.parametrize(("tests", "reference", "sure"), [(30, 0.0, True), (30, 2.6, False), (7, 0.0, False)])
 def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_nothing(
-    tests: int, reference: float, sure: bool
+    tests: int, reference: float, sure: bool, odd: bool
 ) -> None:
-    """The reference predicts better by 2.6 standard errors; of seven tests it says nothing about what sets them apart."""
+    """The reference predicts better by 2.6 standard errors; of seven tests it says nothing about what sets them apart.
+
+    Tests that are odd, and stay, hide what is missing.
+    """
     names = {n for _, w in WEIGHTS.values() for n in w}
     grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "reference": reference}
     campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests))
@@ -91,10 +95,11 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         off=None,
         grouped=False,
         knows_noise=False,
+        odd_kept=odd,
         unread=False,
         other_cause=False,
     )
-    assert (said > 0.9) is sure and (sure or said <= 0.5)
+    assert (said > 0.9) is (sure and not odd) and ((sure and not odd) or said <= 0.5)
 
 
 @pytest.mark.parametrize(

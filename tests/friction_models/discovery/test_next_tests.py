@@ -343,7 +343,7 @@ def falling_and_running_in(along: float, catalogue: tuple[str, ...]) -> Diagnosi
 def test_several_names_are_not_told_from_each_other(catalogue: tuple[str, ...]) -> None:
     found = falling_and_running_in(0.01, catalogue)
     assert set(found.effects) == {"stribeck", "running_in"}
-    asked = {frozenset(n["separates"]) for n in found.next_tests}
+    asked = {frozenset(n["separates"]) for n in found.next_tests if len(n["separates"]) > 1}
     assert asked == ({frozenset({"running_in", "rate_state"})} if "rate_state" in catalogue else set())
     assert not any("stribeck" in w and "separate them" in w for w in found.warnings)
 
@@ -408,7 +408,7 @@ def test_expansions_that_were_reached_are_proposed_also_where_no_table_sets_them
     table = pd.DataFrame({"test_id": points["test_id"].unique(), "T_tool": 20.0})
     if told:
         table["psi_set"] = np.tile([1.1, 4.0, 15.0], 6)
-    found = possible_tests(prepare(points, table))
+    found = [t for t in possible_tests(prepare(points, table)) if t.fills is None]
     assert {1.1, 15.0} <= {t.row["psi_set"] for t in found} <= {1.1, 4.0, 15.0}
     assert 15.0 in {float(t.loads.psi[0]) for t in found if t.about == "psi"}
     # nobody asks for another shape where nothing that may be true hangs on it

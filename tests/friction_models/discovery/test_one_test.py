@@ -40,3 +40,15 @@ def test_a_name_that_many_tests_show_rests_on_none(seed: int) -> None:
     data = measured(np.random.default_rng([seed, 5]), tests=24, points=10, between=0.003)
     data["mu"] += 0.015 * (1.0 + np.tanh((data["T"] - 220.0) / 12.0))
     assert breakdown_rests_on(data) == {}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_test_that_shows_a_name_along_its_path_is_no_wrong_level(seed: int) -> None:
+    """It is heated through the breakdown, which hardly another test reaches: what was asked for to settle the name made it doubtful."""
+    data = measured(np.random.default_rng([seed, 5]), tests=24, points=10, between=0.003)
+    T = data.groupby("test_id")["T"].transform("mean")
+    data["T"] *= 180.0 / T.max()
+    heated = data["test_id"] == data["test_id"].iloc[0]
+    data.loc[heated, "T"] = np.linspace(120.0, 330.0, heated.sum())
+    data["mu"] += 0.03 * (1.0 + np.tanh((data["T"] - 240.0) / 20.0))
+    assert breakdown_rests_on(data) == {}
