@@ -22,8 +22,9 @@ from ..expressions.scaling import not_told_apart
 from ..loads import MEASURED_MU, FloatArray, TriboLoads, check_column, missing_column
 from .domain import Domain
 from .effective_variance import FitWeights, Refit, by_polynomial, checked_weights, load_weights
-from .intervals.between_levels import Widening, widenings
+from .intervals.between_levels import Widening
 from .intervals.calibration import FOLDS, calibrated, folds_of, thinned
+from .intervals.left_out_levels import widenings
 from .intervals.prediction_interval import LEAST_TESTS, LEVEL, check_level
 from .law import FrictionLaw, Groups, LoadsLike, Weights, as_loads
 from .measures import error_measures

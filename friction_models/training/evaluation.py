@@ -11,7 +11,7 @@ import pandas as pd
 
 from ..common import InputError
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
-from ..loads.dataset import roles_of
+from ..loads.dataset import TRAINING, roles_of
 from ..models.domain import known_domain
 from ..models.measures import Measures, error_measures, loads_sentence, range_warning
 from .load_uncertainty import Predictor, load_uncertainty
@@ -217,7 +217,8 @@ def _per_test(
     table = pd.DataFrame(measures, columns=["points", "mae", "rmse", "bias", "max_error"])
     table.insert(0, "test_id", tests)
     # As objects, so that a test without a role or a known domain has None and not NaN, which JSON lacks.
-    table.insert(1, "role", pd.Series([roles.get(test) for test in tests], dtype=object))
+    unlisted = TRAINING if roles else None  # as `DataSet.select` has it
+    table.insert(1, "role", pd.Series([roles.get(test, unlisted) for test in tests], dtype=object))
     table["outside_domain"] = pd.Series(shares, dtype=object)
     return table.sort_values(["mae", "test_id"], ascending=[False, True], ignore_index=True)
 

@@ -13,7 +13,7 @@ from ..common import InputError
 from ..estimation.campaign.binning import prepare
 from ..estimation.campaign.gaps import gaps_text
 from ..loads import DataSet, FloatArray, TriboLoads
-from ..loads.dataset import roles_of
+from ..loads.dataset import TRAINING, roles_of
 from ..models.base import FrictionModel
 from ..models.intervals.prediction_interval import LEVEL, PredictionInterval
 
@@ -70,7 +70,7 @@ def measured_coverage(model: Any, data: DataSet, level: float | None = None) -> 
     chosen = {"all": np.ones(len(mu), dtype=bool)}
     if tests is not None and "role" in tests.columns:
         roles = roles_of(tests["role"]).set_axis(tests["test_id"].astype(str))
-        found = roles.reindex(ids).to_numpy(dtype=object)
+        found = roles.reindex(ids).fillna(TRAINING).to_numpy(dtype=object)
         present = dict.fromkeys(str(r) for r in roles.dropna())
         chosen = {r: found == r for r in sorted(present, key=lambda r: (r != "train", r))} | chosen
     return {

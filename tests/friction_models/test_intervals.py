@@ -185,7 +185,8 @@ def test_factor_is_the_quantile_corrected_for_one_test_more() -> None:
         ({"between": [{"load": "v"}]}, "allowed: load"),
         ({"between": [GAP | {"extra": -0.1}]}, "between.extra is -0.1"),
         ({"between": [GAP | {"high": 20.0}]}, "low below high"),
-        ({"between": [{**GAP, "load": "psi", "low": -2.0}]}, "low below high, both loads"),
+        ({"between": [{**GAP, "load": "psi", "low": -2.0}]}, "between.low is -2"),
+        ({"between": [{**GAP, "load": "v_rel", "low": -5.0}]}, "between.low is -5"),
         ({"between": [GAP] * 21}, "at most 20"),
     ],
 )

@@ -1,4 +1,4 @@
-"""A command that refuses an option of one value that is given several times: the last one would win without a word."""
+"""A command that refuses an option that is given several times, or a flag and its opposite: the last one would win without a word."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typer.core import TyperCommand, TyperOption
 
 
 class GivenOnce(TyperCommand):
-    """Command whose options of one value are given once at most."""
+    """Command whose options are given once at most, but those of several values."""
 
     def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
-        """Parse as Typer does. Raises typer.BadParameter: an option of one value is given several times."""
+        """Parse as Typer does. Raises typer.BadParameter: an option is given several times."""
         for option, times in Counter(self.make_parser(ctx).parse_args(list(args))[2]).items():
-            if isinstance(option, TyperOption) and not (option.multiple or option.is_flag) and times > 1:
+            if isinstance(option, TyperOption) and not option.multiple and times > 1:
                 raise typer.BadParameter(f"given {times} times; allowed: once", ctx, option)
         return super().parse_args(ctx, args)

@@ -253,6 +253,8 @@ def key_values(pairs: Iterable[str], texts: Collection[str] = ()) -> dict[str, A
         key, equals, value = pair.partition("=")
         if not equals or not key:
             raise InputError(f"{pair!r}: not of the form key=value")
+        if key in result:
+            raise InputError(f"{pair[:80]!r}: {key} is set twice; allowed: once")
         try:
             result[key] = value if key in texts else number_without_point(yaml.safe_load(value))
         except (yaml.YAMLError, ValueError, RecursionError):

@@ -81,6 +81,7 @@ def test_one_command_diagnoses_old_and_new_tests(tmp_path: Path, capsys: pytest.
         (["--data", str(tmp_path / "old"), "--data", str(tmp_path / "old")], "given twice"),
         ([*both, "--tests", str(tmp_path / "old" / "tests.csv")], "beside 2 --data"),
         ([*both, "--after", "a.json", "--after", "b.json"], "'--after': given 2 times; allowed: once"),
+        ([*both, "--isolate", "--no-isolate"], "given 2 times; allowed: once"),
         ([*both, "--seed", "-5"], "greater than or equal to 0"),
     ):
         assert run(["diagnose", *wrong, "--model", "linear"]) == 2

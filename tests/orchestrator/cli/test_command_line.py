@@ -439,3 +439,5 @@ def test_numbers_of_set_are_read_as_they_are_written() -> None:
     """YAML takes 1e3 for a text."""
     found = key_values(["speed=1e3", "mu=2E-2", "n=12", "name=16MnCr5", "material=1e3"], ("material",))
     assert found == {"speed": 1000.0, "mu": 0.02, "n": 12, "name": "16MnCr5", "material": "1e3"}
+    with pytest.raises(InputError, match="degree is set twice; allowed: once"):
+        key_values(["degree=2", "degree=3"])
