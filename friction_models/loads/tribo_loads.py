@@ -47,8 +47,9 @@ def check_column(
         cells = np.ravel(np.asarray(values, dtype=object))
         text = pd.isna(pd.to_numeric(pd.Series(cells), errors="coerce")) & ~pd.isna(cells)
         row = int(np.argmax(text))
+        unit = "" if quantity.unit == "1" else f" in {quantity.unit}"
         raise InputError(
-            f"{where}: column {quantity.name!r}, row {row}: value {cells[row]!r} is not a number [{quantity.unit}]"
+            f"{where}: column {quantity.name!r}, row {row}: value {cells[row]!r} is not a number; allowed: numbers{unit}, or nothing"
         ) from None
     if array.ndim != 1:
         raise InputError(f"{where}: column {quantity.name!r} has shape {array.shape}, allowed: (n,)")
