@@ -17,7 +17,7 @@ from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, TriboLoads, require_loads
 from ..loads.time_steps import rests, time_steps
 from .domain import Domain
-from .intervals.prediction_interval import MARGIN
+from .intervals.prediction_interval import MARGIN, check_level
 from .variables import as_numbers
 
 if TYPE_CHECKING:  # the trials of an FMU compare arrays with its model
@@ -182,23 +182,53 @@ class OnnxModel:
         """
         import pandas as pd
 
-        mu = self._along_tests(TriboLoads.from_frame(data, tests))
+        (mu,) = self._along_tests(TriboLoads.from_frame(data, tests), [MU.name])
         return pd.Series(mu, index=data.index, name=MU.name)
 
-    def _along_tests(self, loads: TriboLoads) -> FloatArray:
+    @property
+    def interval_level(self) -> float | None:
+        """Level of the prediction interval in the file, None without one."""
+        interval = self.card.get("interval")
+        level = interval.get("level") if self.has_interval and isinstance(interval, dict) else None
+        return None if level is None else check_level(level)
+
+    def predict_interval_frame(
+        self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
+    ) -> tuple[pd.Series[float], pd.Series[float]]:
+        """Return the bounds of `predict_interval` for a table of points, as `predict_frame` reads it.
+
+        Raises
+        ------
+        InputError
+            The file holds no prediction interval, or another level is asked for.
+        """
+        import pandas as pd
+
+        if level is not None and level != self.interval_level:
+            raise InputError(
+                f"{self.path}: level {level:g}; allowed: {self.interval_level}, that of the file"
+            )
+        mu, margin = self._along_tests(TriboLoads.from_frame(data, tests), [MU.name, MARGIN])
+        low, high = np.maximum(mu - margin, 0.0), mu + margin
+        return pd.Series(low, index=data.index, name="mu_low"), pd.Series(
+            high, index=data.index, name="mu_high"
+        )
+
+    def _along_tests(self, loads: TriboLoads, outputs: list[str]) -> list[FloatArray]:
+        """Return outputs along every test, each of shape (n,)."""
         require_loads(loads, self.needed_loads, str(self.path))
         if not self.states and not self.system_variables:
-            return self.predict(loads)
+            return self._outputs(outputs, loads, None, None)
         loads, order = loads.in_order(memory=bool(self.states))
         parts = [part for part in loads.segments() if part.stop > part.start]
         dt = time_steps(loads, [part.start for part in parts])
         pause = rests(loads, dt)
-        mu, matrix, system = np.empty(len(loads)), loads.as_array(), self._system_of(loads)
+        found, matrix, system = np.empty((len(outputs), len(loads))), loads.as_array(), self._system_of(loads)
         for part in parts:
             own, constant = matrix[part], system[part.start]
             states = self._history(own, dt[part], pause[part], constant)
-            mu[order[part]] = self.predict(own, states, constant)
-        return mu
+            found[:, order[part]] = self._outputs(outputs, own, states, constant)
+        return list(found)
 
     def _history(
         self, loads: FloatArray, dt: FloatArray, pause: FloatArray, system: FloatArray

@@ -49,6 +49,11 @@ def test_predict_adds_the_bounds(place: Path, tmp_path: Path) -> None:
         usual[["mu_low", "mu_high"]].to_numpy(), np.column_stack([low, high]), rtol=1e-12
     )
     assert (narrow["mu_high"] < usual["mu_high"]).all()
+    # the ONNX file of the model gives the same bounds, at its own level
+    onnx = ["predict", str(place / "model" / "model.onnx"), "--data", str(place / "data"), "-o", str(out)]
+    assert run(onnx) == 0
+    pd.testing.assert_frame_equal(pd.read_csv(out), usual, rtol=1e-12)
+    assert run([*onnx, "--level", "0.7"]) == 2
 
 
 def test_evaluate_writes_the_coverage(place: Path, tmp_path: Path) -> None:
