@@ -122,7 +122,7 @@ def assemble(
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}
     on_one = resting_on_one(campaign, found, chosen if named else [])
-    instead = jumps_instead(campaign, found, fitted)
+    jumps, instead = jumps_in_order(campaign, fitted), jumps_instead(campaign, found, fitted)
     sure = min(
         sureness(
             campaign,
@@ -134,7 +134,7 @@ def assemble(
             knows_noise=judged.knows_noise,
             odd_kept=judged.odd_kept,
             unread=unread,
-            other_cause=bool(on_one or instead) or draws_another_law(campaign, fitted),
+            other_cause=bool(on_one or jumps or instead) or draws_another_law(campaign, fitted),
         ),
         most,
     )
@@ -164,7 +164,7 @@ def assemble(
     warnings += [
         *about_the_noise(campaign, found),
         *about_the_fit(campaign, fitted),
-        *about_jumps(campaign, fitted, instead),
+        *about_jumps(jumps, instead),
     ]
     questions = _questions(judged, confusion, unread)
     gaps = open_gaps(campaign, fitted)
@@ -189,7 +189,7 @@ def assemble(
             close,
             unread,
             may_hide,
-            jumps_in_order(campaign, fitted).get(names[0]) if names else None,
+            jumps.get(names[0]) if names else None,
         ),
         effects=names,
         confidence=sure,

@@ -11,7 +11,7 @@ import pytest
 
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.discovery.answer.fit_warnings import about_the_fit
-from friction_models.discovery.answer.run_order import about_jumps
+from friction_models.discovery.answer.run_order import about_jumps, jumps_in_order
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import BinnedTests, prepare
 from friction_models.estimation.fit.parameters import fit_terms
@@ -221,7 +221,7 @@ def in_order(seed: int, moved: Callable[[np.ndarray], np.ndarray], tests: int = 
     campaign = prepare(data, order.rename_axis("test_id").reset_index())
     law = base_law(LinearFriction(), campaign)
     fitted = fit_terms(campaign, law, [make_effect("sensor_drift")])
-    said = about_jumps(campaign, fitted, {})
+    said = about_jumps(jumps_in_order(campaign, fitted), {})
     names = {int(place): str(test) for test, place in order.items()}
     return [w for w in said if f"between {names[15]} and {names[16]}," in w] + ["elsewhere"] * bool(said)
 

@@ -69,18 +69,13 @@ def jumps_in_order(campaign: BinnedTests, fitted: FittedTerms) -> dict[str, str]
     return found
 
 
-def about_jumps(
-    campaign: BinnedTests, fitted: FittedTerms, instead: Mapping[str, tuple[str, str]]
-) -> list[str]:
+def about_jumps(jumps: Mapping[str, str], instead: Mapping[str, tuple[str, str]]) -> list[str]:
     """Return warnings about effects that only follow a jump of the levels in the order of the tests, or in whose place one does as well.
 
-    `instead` is what `jumps_instead` returns.
+    `jumps` and `instead` are what `jumps_in_order` and `jumps_instead` return.
     """
     return [
-        *(
-            f"{JUMP} {place}, and do not drift, as {name} says: {LOOK}"
-            for name, place in jumps_in_order(campaign, fitted).items()
-        ),
+        *(f"{JUMP} {place}, and do not drift, as {name} says: {LOOK}" for name, place in jumps.items()),
         *(
             f"beside the model, a jump between {before} and {after} in the order of the tests describes them as well as {name} does: {LOOK}, "
             "or run tests of both kinds again in another order"
