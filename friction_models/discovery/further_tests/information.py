@@ -55,10 +55,10 @@ class Outcomes:
         )  # the same for all tests: they are compared
         normal = np.concatenate([half, -half])
         drawn = (self.mean[:, None] + np.einsum("cij,sj->csi", root, normal)).reshape(-1, n)
-        density = np.empty((len(drawn), count))
-        for k, inverse in enumerate(np.linalg.inv(root)):
-            white = (drawn - self.mean[k]) @ inverse.T
-            density[:, k] = np.sum(np.log(np.diag(inverse))) - 0.5 * np.einsum("si,si->s", white, white)
+        inverse = np.linalg.inv(root)
+        white = (drawn - self.mean[:, None]) @ inverse.transpose(0, 2, 1)
+        size = np.log(np.diagonal(inverse, axis1=1, axis2=2)).sum(axis=1)
+        density = size - 0.5 * np.einsum("csi,csi->sc", white, white)
         density += np.log(self.share)
         by_hypothesis = np.stack(
             [np.logaddexp.reduce(density[:, self.owner == h], axis=1) for h in range(len(self.prior))], axis=1

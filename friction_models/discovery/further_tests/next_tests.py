@@ -29,8 +29,8 @@ from .information import Outcomes
 from .protocols import BETWEEN, READING, PlannedTest, PlanRow, SetPoints, possible_tests
 from .questions import Answer, Question, weighed
 
-#: Tests of one proposal at several points.
-SEVERAL = 3
+#: Tests of one proposal at several points, and how many of the most telling ones are tried for it.
+SEVERAL, TRIED_TOGETHER = 3, 12
 #: Most repeats that are asked for, and what stands for as many as one likes.
 MOST_REPEATS, ENDLESS = 12, 1000
 #: A proposal with fewer bits, or that tells its pair apart by fewer standard errors, is not made.
@@ -159,6 +159,7 @@ def _several(
 ) -> tuple[list[PlannedTest], Outcomes] | None:
     """Return constant tests that tell most together: the best one, then what adds most."""
     constant = sorted((s for s in single if s[0][0].protocol == "constant"), key=lambda s: -s[1].reduction)
+    constant = constant[:TRIED_TOGETHER]
     if len(constant) < 2:
         return None
     chosen = constant[0]

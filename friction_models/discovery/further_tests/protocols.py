@@ -175,20 +175,20 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
         s.test("constant", sigma, v, tool, shape)
         for sigma, v, tool, shape in product(ends, sorted({*s.speed}), tools, range(len(s.shapes)))
     ]
-    outer = sorted({slow, fast})
     for gap, value in s.gaps.items():
-        usual_shape: list[float] = [0]
-        settings = {"sigma_n": ends, "v_rel": outer, "T": tools, "psi": usual_shape} | {gap.load: [value]}
-        found += [
-            replace(s.test(BETWEEN, p, v, tool, shape), about=gap.load, fills=gap)
-            for p, v, tool, shape in product(*settings.values())
-        ]
+        for p, v, tool in dict.fromkeys([(low, slow, tools[0]), (high, fast, tools[-1])]):
+            at = {"sigma_n": p, "v_rel": v, "T": tool, "psi": 0} | {gap.load: value}
+            test = s.test(BETWEEN, at["sigma_n"], at["v_rel"], at["T"], at["psi"])
+            found.append(replace(test, about=gap.load, fills=gap))
     if fast > slow and "v_set" not in s.unknown:
         untested = [value for gap, value in s.gaps.items() if gap.load == "v_rel"]
-        steps = {(slow, fast, middle, slow, fast), tuple(sorted({slow, fast, *(untested or [middle])}))}
+        steps = [
+            (slow, fast, middle, slow, fast),
+            *([tuple(sorted({slow, fast, *untested}))] if untested else []),
+        ]
         found += [
             s.test("speed step", p, slow, tool, v_levels=levels)
-            for levels, p, tool in product(sorted(steps, reverse=True), ends, tools)
+            for levels, p, tool in product(steps, ends, tools)
         ]
     relieved = rounded(RELIEVED * low)
     if high > relieved > 0.0 and "sigma_set" not in s.unknown:
