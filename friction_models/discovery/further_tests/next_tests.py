@@ -6,6 +6,7 @@ The answer is a probability of each effect that may be true, and of none of the 
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any, NotRequired, TypedDict, cast
@@ -31,8 +32,8 @@ from .questions import Answer, Question, weighed
 
 #: Tests of one proposal at several points, and how many of the most telling ones are tried for it.
 SEVERAL, TRIED_TOGETHER = 3, 12
-#: Most repeats that are asked for, and what stands for as many as one likes.
-MOST_REPEATS, ENDLESS = 12, 1000
+#: Most repeats that are asked for.
+MOST_REPEATS = 12
 #: A proposal with fewer bits, or that tells its pair apart by fewer standard errors, is not made.
 LEAST_BITS, USELESS = 0.01, 0.5
 #: Protocol of a reading of the cell without load.
@@ -189,15 +190,16 @@ def _entry(known: Hypotheses, names: list[str], tests: list[PlannedTest], outcom
 
 
 def _repeats(known: Hypotheses, tests: list[PlannedTest], pair: tuple[int, int], t: float) -> int | None:
-    """Return how many runs reach `ENOUGH`; None where repeats do not help: forms differ too little."""
+    """Return how many runs reach `ENOUGH`; None where as many as are asked for do not help: forms differ too little."""
     if t >= ENOUGH:
         return 1
-    if known.predict(tests, 1.0 / ENDLESS).separation(*pair) < ENOUGH:
+
+    def enough(count: int) -> bool:
+        return known.predict(tests, 1.0 / count).separation(*pair) >= ENOUGH
+
+    if not enough(MOST_REPEATS):
         return None
-    for count in range(2, MOST_REPEATS + 1):
-        if known.predict(tests, 1.0 / count).separation(*pair) >= ENOUGH:
-            return count
-    return None
+    return bisect_left(range(MOST_REPEATS), True, lo=2, key=enough)
 
 
 def _zero_reading(
