@@ -14,6 +14,7 @@ from typing import Any, NotRequired, TypedDict, cast
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.gaps import Gap
 from ...estimation.campaign.metadata import levels_text
 from ...estimation.fit.open_gaps import OpenGap
 from ...estimation.search.base_law import BaseLaw
@@ -78,16 +79,15 @@ def propose(
     """
     tests = possible_tests(campaign)
     answers = [_for_question(campaign, question, mu, base, answer, tests) for question in questions]
-    filled = [g for g in gaps if any(t.fills == g.gap for t in tests)]
-    largest = sorted(filled, key=lambda g: -g.change)[:MOST_GAPS]
-    in_gaps = [_in_gap(gap, [e for found, _ in answers for e in found], tests) for gap in largest]
-    entries = [
-        e
-        for found, _ in answers
-        for e in found
-        if _tells(e) and e["plan"][0] not in [w["plan"][0] for w in in_gaps]
-    ]
-    entries = sorted([*entries, *in_gaps], key=lambda e: -e["entropy_reduction"] / e["tests"])
+    entries = [e for found, _ in answers for e in found]
+    largest: dict[Gap, OpenGap] = {}  # two names may change over one gap
+    for open_gap in sorted(gaps, key=lambda g: -g.change):
+        if any(t.fills == open_gap.gap for t in tests):
+            largest.setdefault(open_gap.gap, open_gap)
+    in_gaps = [_in_gap(gap, entries, tests) for gap in list(largest.values())[:MOST_GAPS]]
+    taken = [w["plan"][0] for w in in_gaps]
+    entries = [*(e for e in entries if _tells(e) and e["plan"][0] not in taken), *in_gaps]
+    entries.sort(key=lambda e: -e["entropy_reduction"] / e["tests"])
     wanted = [*in_gaps, *[e for e in entries if e["protocol"] == READ][:1]]
     others = [e for e in entries if e not in wanted][: SHOWN - len(wanted)]
     shown = [e for e in entries if e in wanted or e in others]
