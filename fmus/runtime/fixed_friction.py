@@ -13,6 +13,7 @@ from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads, require_loads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.domain import Domain
+from friction_models.models.intervals.prediction_interval import check_only_level
 
 from ..archive.made_here import runs_apart
 from ..interface.friction_source import FrictionSource, parse_source
@@ -148,12 +149,7 @@ class FmuModel:
         """
         import pandas as pd
 
-        if self.interval_level is None:
-            raise InputError(f"{self.path}: no prediction interval; allowed: an FMU packed with one")
-        if level is not None and level != self.interval_level:
-            raise InputError(
-                f"{self.path}: level {level:g}; allowed: {self.interval_level:g}, which the FMU was packed with"
-            )
+        check_only_level(str(self.path), "an FMU packed", self.interval_level, level)
         loads = TriboLoads.from_frame(data, tests)
         low, high = (pd.Series(self._read(loads, [n]), index=data.index, name=n) for n in self._bounds)
         return low, high

@@ -17,7 +17,7 @@ from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, TriboLoads, require_loads
 from ..loads.time_steps import rests, time_steps
 from .domain import Domain
-from .intervals.prediction_interval import MARGIN, check_level
+from .intervals.prediction_interval import MARGIN, check_level, check_only_level
 from .variables import as_numbers
 
 if TYPE_CHECKING:  # the trials of an FMU compare arrays with its model
@@ -204,10 +204,7 @@ class OnnxModel:
         """
         import pandas as pd
 
-        if level is not None and level != self.interval_level:
-            raise InputError(
-                f"{self.path}: level {level:g}; allowed: {self.interval_level}, that of the file"
-            )
+        check_only_level(str(self.path), "an ONNX file", self.interval_level, level)
         mu, margin = self._along_tests(TriboLoads.from_frame(data, tests), [MU.name, MARGIN])
         low, high = np.maximum(mu - margin, 0.0), mu + margin
         return pd.Series(low, index=data.index, name="mu_low"), pd.Series(

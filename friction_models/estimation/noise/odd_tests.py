@@ -111,7 +111,7 @@ class _Search:
         """Return how far tests like each one lie off."""
         scatter = [
             _of_the_others(off, self._repeats),
-            _around(off, self._nearest) if _alike(off, self._nearest) else np.zeros(len(off)),
+            _around(off, self._nearest),
             *_of_levels(off, self._levels),
         ]
         return np.asarray(np.maximum.reduce([np.ones(len(off)), *scatter]))
@@ -156,14 +156,13 @@ def _of_the_others(off: FloatArray, repeats: Mask) -> FloatArray:
 
 
 def _around(off: FloatArray, nearest: Indexes) -> FloatArray:
-    """Return the robust scatter of the tests nearest to each one: a few of them may be odd themselves."""
-    return np.asarray(1.4826 * np.median(np.abs(off[nearest]), axis=1))
+    """Return the robust scatter of the tests nearest to each one: a few of them may be odd themselves.
 
-
-def _alike(off: FloatArray, nearest: Indexes) -> bool:
-    """Return whether tests with similar loads scatter alike, more than by chance: else the scatter of so few is chance itself."""
+    0 where tests with similar loads scatter alike no more than by chance: that of so few is chance itself.
+    """
     around = np.median(np.abs(off[nearest]), axis=1)
-    return bool(spearmanr(np.abs(off), around).statistic * np.sqrt(len(off)) > BY_THEIR_LOADS)
+    alike = spearmanr(np.abs(off), around).statistic * np.sqrt(len(off)) > BY_THEIR_LOADS
+    return np.asarray(1.4826 * around if alike else np.zeros(len(off)))
 
 
 def _of_levels(off: FloatArray, levels: list[Indexes]) -> list[FloatArray]:

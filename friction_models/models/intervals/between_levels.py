@@ -15,8 +15,8 @@ from ...loads import LOAD_NAMES
 from ...loads.contract import QUANTITIES
 from .features import feature
 
-#: Largest width in mu that is read from a file.
-WIDEST = 10.0
+#: Most that is added to half the width of an interval [mu].
+MOST_ADDED = 10.0
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Widening:
             for key, limits in (
                 ("low", (load.lower, load.upper)),
                 ("high", (load.lower, load.upper)),
-                ("extra", (0.0, WIDEST)),
+                ("extra", (0.0, MOST_ADDED)),
             )
         )
         if high <= low:

@@ -19,7 +19,7 @@ from ...expressions.ops import NumpyOps
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ...loads.gaps import gap_places
 from ..domain import Domain
-from .between_levels import WIDEST, Widening
+from .between_levels import MOST_ADDED, Widening
 from .features import feature
 
 #: Error in the middle of a gap, of which a prediction is half as far from a measurement as at a level that was left out: half of the
@@ -69,7 +69,7 @@ def widenings(
             known = [miss for k in (below, below + 1) if (miss := missed.get(k)) is not None]
             if known:
                 values = getattr(loads, name)
-                extra = min(IN_THE_MIDDLE * max(known), WIDEST)
+                extra = min(IN_THE_MIDDLE * max(known), MOST_ADDED)
                 found.append(Widening(name, float(values[low]), float(values[high]), extra))
     return tuple(found)
 

@@ -244,6 +244,17 @@ def check_level(level: object) -> float:
     return check_number("interval", "level", level, LOWEST_LEVEL, HIGHEST_LEVEL)
 
 
+def check_only_level(where: str, kind: str, own: float | None, asked: float | None) -> None:
+    """Refuse what a file of some `kind` with an interval of its `own` level cannot give.
+
+    Raises InputError: it has no interval, or another level is `asked` for.
+    """
+    if own is None:
+        raise InputError(f"{where}: no prediction interval; allowed: {kind} with one")
+    if asked is not None and asked != own:
+        raise InputError(f"{where}: level {asked:g}; allowed: {own:g}, which the file was packed with")
+
+
 def _between(content: object) -> tuple[Widening, ...]:
     """Return the widenings that a file holds. Raises InputError: too many, or no widenings."""
     if not isinstance(content, list) or len(content) > MOST_GAPS:
