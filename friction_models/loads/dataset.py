@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -193,6 +194,23 @@ class DataSet:
         of_points = self.points["test_id"].map(dict(zip(self.tests["test_id"], roles))).fillna(TRAINING)
         points = self.points[of_points == role].reset_index(drop=True)
         return DataSet(points, self.tests[roles == role].reset_index(drop=True), self.info)
+
+    def without_tests(self, names: Collection[str]) -> DataSet:
+        """Return the other tests; all of them where none is named.
+
+        Examples
+        --------
+        >>> points = pd.DataFrame({"test_id": ["a", "b"], "mu": [0.08, 0.07]})
+        >>> DataSet(points).without_tests(["b"]).points["mu"].tolist()
+        [0.08]
+        """
+        if not names:
+            return self
+        points, tests = self.points, self.tests
+        points = points[~points["test_id"].astype(str).isin(names)]
+        if tests is not None:
+            tests = tests[~tests["test_id"].astype(str).isin(names)]
+        return replace(self, points=points, tests=tests)
 
     def without_load_uncertainty(self) -> DataSet:
         """Return the same data without the standard uncertainties of the loads, so that nothing honours them.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +9,6 @@ import typer
 
 from friction_models.common import InputError
 from friction_models.common.processes.stages import Stages
-from friction_models.common.wording import first_names
 
 from ..common.console import built_page, keeping, progress, say, write_result
 from ..common.files_named import Commands, Reads, Writes
@@ -31,7 +29,6 @@ from .modelling import Interval, add_interval
 
 if TYPE_CHECKING:
     from friction_models.discovery.further_tests.next_tests import NextTest
-    from friction_models.families import ComposedFriction
     from friction_models.loads import DataSet
 
 app = Commands(rich_markup_mode="rich")
@@ -119,20 +116,6 @@ def _write_plan(plan: Path, next_tests: list[NextTest]) -> None:
     say(f"plan written: {plan} ({len(rows)} tests{todo})")
 
 
-def _interval(model: ComposedFriction, dataset: DataSet) -> str:
-    """Calibrate the prediction interval by the tests that the model was fitted to; return what to tell the user."""
-    left_out = model.error_history_[-1].get("left_out", []) if model.error_history_ else []
-    if not left_out:
-        return add_interval(model, dataset)
-    points, tests = dataset.points, dataset.tests
-    kept = replace(
-        dataset,
-        points=points[~points["test_id"].astype(str).isin(left_out)],
-        tests=None if tests is None else tests[~tests["test_id"].astype(str).isin(left_out)],
-    )
-    return f"{add_interval(model, kept).rstrip()}\n(without {first_names(left_out)}, as the fit)\n"
-
-
 @app.command(
     epilog="Example: tribofmu refine --data data --model models/linear --add stribeck -o models/better "
     "--report refined.html"
@@ -189,7 +172,7 @@ def refine(
         said += [result.report(), *([f"{note}\n"] if note else []), history_text(better.error_history_)]
         if interval:
             stages(30, "prediction interval")
-            said.append(_interval(better, dataset))
+            said.append(add_interval(better, dataset))
         stages(75, "page of the answer")
         if report and not friction.is_fitted:
             friction = improve(dataset.points, dataset.tests, model=friction)

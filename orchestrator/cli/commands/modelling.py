@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from friction_models.common import InputError
+from friction_models.common.wording import first_names
 
 from ..common.console import note, say, write_result
 from ..common.files_named import Commands, Writes
@@ -141,15 +142,23 @@ def _from_card(model: Any, dataset: DataSet, card: Card, tests: float | None) ->
 
 
 def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
-    """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
+    """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none.
+
+    Tests that `refine` left out as far off all others are no part of it.
+    """
     from friction_models.training.interval_coverage import add_interval as calibrate
     from friction_models.training.interval_coverage import not_measured, report
 
+    history = getattr(model, "error_history_", [])
+    left_out = history[-1].get("left_out", []) if history else []
+    dataset = dataset.without_tests(left_out)
     try:
         interval = calibrate(model, dataset, level)
-        return report(interval) + not_measured(dataset, {w.load for w in interval.between})
     except InputError as error:
-        return f"no prediction interval: {error}\n"
+        said = f"no prediction interval: {error}\n"
+    else:
+        said = report(interval) + not_measured(dataset, {w.load for w in interval.between})
+    return said + (f"(without {first_names(left_out)}, as the fit)\n" if left_out else "")
 
 
 @app.command(epilog="Example: tribofmu evaluate models/polynomial --data data --json errors.json")

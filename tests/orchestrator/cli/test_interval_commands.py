@@ -93,3 +93,24 @@ def test_too_few_tests_are_trained_without_one_and_say_so(
     assert run(["train", "linear", "--data", str(tmp_path / "data"), "-o", str(tmp_path / "model")]) == 0
     assert "no prediction interval: interval: 3 tests, allowed: at least 4" in capsys.readouterr().out
     assert load_model(tmp_path / "model").interval is None
+
+
+def test_a_test_that_refine_leaves_out_does_not_set_the_interval(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One record of 24 reads eight times too high; the interval was ten times as wide as mu."""
+    rng = np.random.default_rng(4)
+    sd = np.linspace(0.5, 20.0, 15)
+    parts = []
+    for k in range(24):
+        v, p = rng.uniform(5.0, 400.0), rng.uniform(400.0, 2000.0)
+        mu = 0.08 + 0.03 * np.exp(-v / 40.0) + rng.normal(0.0, 0.001) + rng.normal(0.0, 0.0005, 15)
+        loads = {"v_rel": v, "T": 80.0, "sigma_n": p, "sd": sd, "psi": 1.1}
+        parts.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu * (8.0 if k == 5 else 1.0)}))
+    pd.concat(parts, ignore_index=True).to_csv(tmp_path / "points.csv", index=False)
+    arguments = ["--data", str(tmp_path / "points.csv"), "--model", "linear", "--add", "stribeck"]
+    assert run(["refine", *arguments, "-o", str(tmp_path / "model")]) == 0
+    said = capsys.readouterr().out
+    assert "23 tests" in said and "(without t05, as the fit)" in said
+    interval = load_model(tmp_path / "model").interval
+    assert interval is not None and interval.factor() * np.exp(interval.constant) < 0.01
