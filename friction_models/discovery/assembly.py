@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,12 +11,10 @@ from ..effects import Batch
 from ..effects.metadata.factor import numbered
 from ..estimation.campaign.binning import BinnedTests
 from ..estimation.campaign.factors import labels_of
-from ..estimation.campaign.gaps import gaps_text
-from ..estimation.fit.open_gaps import open_gaps
+from ..estimation.campaign.gaps import gaps_between_tests, gaps_text
+from ..estimation.fit.open_gaps import OpenGap, open_gaps
 from ..estimation.fit.parameters import FittedTerm, fit_terms
 from ..estimation.search.base_law import BaseLaw
-from ..estimation.search.scan import Fit
-from ..estimation.search.search_round import SearchRound
 from ..estimation.search.structure import StructurePlace
 from ..estimation.search.unseen_loads import EITHER, doubts
 from ..estimation.search.zero_reading import ZERO, zero_is_known
@@ -30,44 +28,17 @@ from .answer.reservations import about_the_noise, could_hide, reservations, stan
 from .answer.run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
 from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
-from .answer.wording import alternatives, sentence
+from .answer.wording import sentence
+from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import propose
-from .further_tests.questions import Answer, Question
 from .judge.confidence import grounds, sureness
-from .judge.confirmation import EXPLAINED, NAMED, Confirmation
+from .judge.confirmation import EXPLAINED, NAMED
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
+from .judge.judged import Judged
 from .judge.level_offset import LevelOffset, level_of
 from .judge.one_test import resting_on_one
-from .judge.unseen_tests import UnseenTests
-from .judge.verdict import LEVEL, Evidence
-
-#: Weight of "none of the catalogue" beside that of all its effects, and where something is left beside what is named.
-NONE, NONE_BESIDE_PARTS = 0.1, 0.25
-
-
-@dataclass
-class Judged:
-    """A verdict and what it rests on."""
-
-    found: SearchRound
-    evidence: Evidence
-    confirmed: Confirmation
-    notes: list[str]
-    unseen: UnseenTests | None = None
-    beside: Callable[[Sequence[Fit]], SearchRound] | None = None  #: Searches beside names.
-    knows_noise: bool = False
-    odd_kept: bool = False  #: Whether tests that lie far off all others are among these.
-
-    @property
-    def verdict(self) -> str:
-        """Verdict after the prediction of unseen tests."""
-        return self.confirmed.verdict
-
-    @property
-    def chosen(self) -> list[Fit]:
-        """What it names."""
-        return self.confirmed.chosen
+from .judge.verdict import LEVEL
 
 
 def _beside_unread_zero(campaign: BinnedTests, judged: Judged) -> bool:
@@ -89,7 +60,7 @@ def assemble(
     named = verdict in NAMED and bool(chosen)
     effects = [f.effect for f in chosen] if named else []
     fitted = fit_terms(*whole, effects) if judged.unseen is None else judged.unseen.fitted(effects)
-    names, confusion = [term.name for term in fitted.terms], _confusion(judged)
+    names, confusion = [term.name for term in fitted.terms], judged.confusion
     # a linear shift of the model, fitted beside it, contains its level
     level = (
         level_of(found, chosen if named else [])
@@ -166,9 +137,11 @@ def assemble(
         *about_the_fit(campaign, fitted),
         *about_jumps(jumps, instead),
     ]
-    questions = _questions(judged, confusion, unread)
+    questions = questions_of(judged, confusion, unread)
     gaps = open_gaps(campaign, fitted)
-    proposals, inseparable = propose(campaign, questions, mu, base, _answer(verdict, sure), gaps, unread)
+    if verdict == "nothing_missing":  # between the levels, the model alone says what friction does
+        gaps = [OpenGap("", gap, 0.0) for own in gaps_between_tests(campaign).values() for gap in own]
+    proposals, inseparable = propose(campaign, questions, mu, base, answer_of(verdict, sure), gaps, unread)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable
     close = None
@@ -229,66 +202,6 @@ def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
     return why_not_first(
         judged.chosen, judged.found.ranking, confusion, lambda effects: unseen.errors(effects).rms
     )
-
-
-def _answer(verdict: str, sure: float) -> Answer:
-    """Return how probable an answer is, as further tests see it."""
-    if verdict in NAMED:
-        return Answer(sure, NONE_BESIDE_PARTS if verdict == "partly_explained" else NONE)
-    if verdict == "unknown_structure":
-        return Answer(None, sure)
-    return Answer(None, NONE, 1.0 - sure)
-
-
-def _questions(judged: Judged, confusion: list[str], unread: bool = False) -> list[Question]:
-    """Return what further tests are to tell apart: alternatives only, each name from its own rivals, beside the other names.
-
-    An offset of the force that is `unread` has rivals in the effects of pressure.
-    """
-    chosen = judged.chosen
-    if len(chosen) < 2 or judged.beside is None:
-        rivals = _to_separate(judged, confusion)
-        alike = {*(confusion or judged.evidence.confusion_set)}
-        return [Question(judged.found, rivals, len({f.name for f in rivals} & alike))]
-    groups = alternatives([f.name for f in chosen], confusion)
-    found = []
-    for group in [g for g in groups if len(g) > 1 or (unread and g[0] == ZERO)] or groups[:1]:
-        given = [f for f in chosen if f.name != group[0]]
-        elsewhere = {n for g in groups if g is not group for n in g}
-        beside = judged.beside(given)
-        beside = replace(beside, ranking=[f for f in beside.ranking if f.name not in elsewhere])
-        rivals = [f for n in group for f in beside.ranking if f.name == n]
-        asked = unread and group[0] == ZERO  # also where nothing else explains anything
-        others = [f for f in beside.ranking if f.name not in group and (asked or f.gain > 0.0)]
-        asked_of = rivals if len(rivals) > 1 else [*rivals, *others[:1]]
-        found.append(Question(beside, asked_of, len(rivals), given))
-    return found
-
-
-def _to_separate(judged: Judged, confusion: list[str]) -> list[Fit]:
-    """Return the effects that the next tests are to tell apart: rivals, or what is named and the next best."""
-    ranking, chosen = judged.found.ranking, judged.chosen
-    rivals = [f for n in confusion or judged.evidence.confusion_set for f in ranking if f.name == n]
-    rivals = rivals or chosen[:1]
-    if len(rivals) == 1 and len(confusion) < 2:
-        rivals += [f for f in ranking if f.name != rivals[0].name and f.gain > 0][:1]
-    if not rivals and judged.verdict == "unknown_structure":
-        rivals = [f for f in ranking[:1] if f.gain > 0]
-    return rivals
-
-
-def _confusion(judged: Judged) -> list[str]:
-    """Return what cannot be told from the first name, the name itself first."""
-    if judged.verdict not in NAMED or not judged.chosen:
-        return []
-    first, *others = [f.name for f in judged.chosen]
-    known, rivals = judged.evidence.confusion_set, judged.confirmed.rivals
-    # what is named beside the first one is no rival of it
-    alike = [n for n in known if n not in others] if first in known else []
-    later = (
-        known if len(known) > 1 and known[0] in others else []
-    )  # a larger effect leads, found beside the winner of the scan
-    return list(dict.fromkeys([first, *alike, *rivals, *later]))
 
 
 def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:

@@ -31,13 +31,14 @@ from ..models.domain import Domain
 from ..models.model_card import LISTED_TESTS, test_digests
 from ..models.tangent import polynomial_columns
 from .answer.diagnosis import Diagnosis
-from .assembly import Judged, assemble
+from .assembly import assemble
 from .effect_search import EffectSearch
 from .formulas.beside_names import beside_names
 from .formulas.missing import Missing
 from .formulas.search import not_offered, offers
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
+from .judge.judged import Judged
 from .judge.unseen_tests import UnseenTests, refitted
 from .judge.unseen_tests_judge import UnseenTestsJudge
 from .judge.verdict import decide, named_verdict

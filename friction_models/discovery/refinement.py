@@ -21,7 +21,7 @@ from ..estimation.campaign.metadata import with_all_metadata
 from ..estimation.fit.joint_fit import surrogate
 from ..estimation.fit.parameters import fit_terms
 from ..families.composed import ComposedFriction
-from ..families.refinement_history import rise_text
+from ..families.refinement_history import chance_text, rise_text
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
 from ..loads.dataset import TRAINING, roles_of
@@ -251,8 +251,7 @@ def _sure(entry: Mapping[str, Any]) -> list[str]:
     if any(f is None for f in found):
         return []
     before, after, fall = (f"{low:.5f} to {high:.5f}" for low, high in found)
-    chance = "more than chance" if entry.get("clear") else "which may be chance"
-    changed = rise_text(entry) or f"lower by {fall}: {chance}"
+    changed = rise_text(entry) or f"lower by {fall}: {chance_text(entry)}"
     return [f"     95 % of resampled tests: RMSE {before} -> {after}, {changed}"]
 
 

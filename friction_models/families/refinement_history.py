@@ -67,6 +67,31 @@ def rise_text(entry: Mapping[str, Any]) -> str:
     return f"higher by {-fall[1]:.5f} to {-fall[0]:.5f}: more than chance"
 
 
+def chance_text(entry: Mapping[str, Any]) -> str:
+    """Return in words whether the error of a round changed by more than chance; empty where that is not known.
+
+    An interval that is printed without zero says nothing where it is that of a few tests: resampling them is not reliable.
+
+    Examples
+    --------
+    >>> chance_text({"clear": True}), chance_text({"clear": False}), chance_text({})
+    ('more than chance', 'may be chance', '')
+    >>> chance_text({"clear": False, "intervals": {"fall": {"rmse": [0.0005, 0.0009]}}})
+    'may be chance, of so few tests'
+    >>> chance_text({"clear": False, "intervals": {"fall": {"rmse": [-0.00042, -0.00009]}}})
+    'higher by 0.00009 to 0.00042: more than chance'
+    """
+    if said := rise_text(entry):
+        return said
+    if (clear := entry.get("clear")) is None:
+        return ""
+    if clear:
+        return "more than chance"
+    fall = entry.get("intervals", {}).get("fall", {}).get("rmse")
+    few = fall is not None and round(fall[0], 5) > 0.0
+    return "may be chance" + (", of so few tests" if few else "")
+
+
 def are_intervals(found: object) -> bool:
     """Whether these are the intervals of a round; those of older files are empty.
 

@@ -178,6 +178,17 @@ def _between_lines(interval: IntervalNumbers) -> list[str]:
     ]
 
 
+def _setting(value: Any) -> str:
+    """Return a parameter as one reads it: of a base its family, of effects their names, each with the numbers that are set."""
+    if isinstance(value, list) and any(isinstance(v, dict) for v in value):
+        return ", ".join(map(_setting, value))
+    if not isinstance(value, dict):
+        return str(value)
+    numbers = next((v for v in value.values() if isinstance(v, dict)), {})
+    names = " ".join(str(v) for v in value.values() if not isinstance(v, dict))
+    return names + (f" ({', '.join(f'{k} = {v}' for k, v in numbers.items())})" if numbers else "")
+
+
 def card_text(card: ModelCard) -> str:
     """Return the card as Markdown."""
     data, splits = card["data"], card["splits"]
@@ -198,7 +209,7 @@ def card_text(card: ModelCard) -> str:
     honoured = data.get("load_uncertainty")
     lines += [f"- {honoured_sentence(honoured, data.get('points', 0))}"] if honoured else []
     lines += [f"- {key}: {value}" for key, value in data.get("provenance", {}).items()]
-    lines += [f"- Parameter {key}: {value}" for key, value in card["parameters"].items()]
+    lines += [f"- Parameter {key}: {_setting(value)}" for key, value in card["parameters"].items()]
     lines += ["", "## Errors", ""]
     if card["errors"]:
         lines += [

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 
 from friction_models import ConstantFriction, FeedForwardFriction, LinearFriction
+from friction_models.effects import Stribeck
+from friction_models.families.composed import ComposedFriction
 from friction_models.loads import LOAD_NAMES
 from friction_models.models.model_card import card_text
 
@@ -50,3 +52,8 @@ def test_tests_held_out_in_training_are_listed() -> None:
     assert 1 <= len(card["splits"]["validation"]) <= 4
     assert set(card["splits"]["validation"]) < set(card["splits"]["train"])
     assert "held out to stop the training: t0" in card_text(card)
+
+
+def test_bases_and_effects_are_written_by_name() -> None:
+    text = card_text(ComposedFriction(LinearFriction(), [Stribeck()]).fit_frame(FRAME).card)
+    assert "- Parameter base: linear" in text and "- Parameter effects: stribeck" in text and "{" not in text

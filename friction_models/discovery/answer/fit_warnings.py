@@ -53,7 +53,7 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     ]
     unsized = [
         f"{term.name}: the interval of {a.name} ({low:.2g} to {high:.2g}) holds both signs: by itself it is not known, beside the other "
-        "parameters and the model it is tied to; that the effect is there, unseen tests say"
+        "parameters and the model it is tied to; whether the effect is there, unseen tests say"
         for term in fitted.terms
         for a in term.effect.amplitudes
         if a.sign and a.name in term.intervals

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...loads.contract import behind, with_unit
 from ..formulas.offers import offer_lines
+from ..judge.judged import alternatives
 from .figures_data import (
     LoadMap,
     effect_curve,
@@ -20,7 +21,6 @@ from .findings import Findings, ParameterValue
 from .uncertain_loads import from_loads_text
 from .wording import (
     about_next_tests,
-    alternatives,
     floor_source,
     interval_text,
     mu_format,
@@ -59,7 +59,8 @@ def _next(d: Findings) -> list[str]:
     return lines + [
         f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {n['entropy_reduction']:.2f} bits"
         + (f" by {n['tests']} tests" if n["tests"] > 1 else "")
-        + f"; {told_by(n['separates'], n['expected_t'])}"
+        + f"; {told_by(n['separates'])}"
+        + (f": {n['expected_t']:.3g}" if len(n["separates"]) > 1 else "")
         for n in d.next_tests
     ]
 

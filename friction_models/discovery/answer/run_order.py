@@ -80,6 +80,7 @@ def about_jumps(jumps: Mapping[str, str], instead: Mapping[str, tuple[str, str]]
             f"beside the model, a jump between {before} and {after} in the order of the tests describes them as well as {name} does: {LOOK}, "
             "or run tests of both kinds again in another order"
             for name, (before, after) in instead.items()
+            if name not in jumps
         ),
     ]
 
@@ -87,13 +88,13 @@ def about_jumps(jumps: Mapping[str, str], instead: Mapping[str, tuple[str, str]]
 def jumps_instead(
     campaign: BinnedTests, found: SearchRound, fitted: FittedTerms
 ) -> dict[str, tuple[str, str]]:
-    """Return the tests between which a jump describes them as well as an effect of the loads in its place, by effect.
+    """Return the tests between which a jump describes them as well as an effect of the loads, or of the order, in its place, by effect.
 
     As well is by Schwarz's criterion with a test as the unit, at the noise of a search: a jump has a size and a place, an effect
     mostly more parameters.
     """
     tests = len(campaign.tests)
-    terms = [t for t in fitted.terms if not t.effect.metadata]
+    terms = [t for t in fitted.terms if not t.effect.metadata or t.effect.driver == (ORDER,)]
     if ORDER not in campaign.system or tests < 4 * SIDE or not terms:
         return {}
     order = campaign.of_tests(campaign.metadata(ORDER))

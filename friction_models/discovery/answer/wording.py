@@ -10,6 +10,7 @@ from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.scan import Fit
 from ...estimation.search.structure import StructurePlace
+from ..judge.judged import alternatives
 from ..judge.verdict import LEVEL, Evidence
 from .findings import ParameterValue, TestGroups
 from .repeated_settings import settings_text
@@ -135,18 +136,20 @@ def interval_text(value: ParameterValue) -> str:
     return f"not known: {low} to {high} was sought" if value.get("not_known") else f"{low} to {high}"
 
 
-def told_by(separates: Sequence[str], expected_t: float) -> str:
-    """Return what a proposed test tells.
+def told_by(separates: Sequence[str]) -> str:
+    """Return what a proposed test tells: effects apart, or what one does, or friction where nothing is missing, in a gap of the plan.
 
     Examples
     --------
-    >>> told_by(["stribeck", "hersey"], 4.963)
-    'stribeck from hersey: 4.96'
-    >>> told_by(["stribeck"], 0.0)
-    'what stribeck does there'
+    >>> for names in (["stribeck", "hersey"], ["stribeck"], []):
+    ...     print(told_by(names))
+    stribeck from hersey
+    what stribeck does between the levels of the plan
+    what friction does between the levels of the plan
     """
-    first, *others = separates
-    return f"{first} from {others[0]}: {expected_t:.3g}" if others else f"what {first} does there"
+    if len(separates) > 1:
+        return " from ".join(separates)
+    return f"what {next(iter(separates), 'friction')} does between the levels of the plan"
 
 
 def about_next_tests(verdict: str) -> str:
@@ -190,26 +193,6 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
         "unknown": "cannot be known from so few tests",
     }.get(floor.get("source", ""), "")
     return f"{said}; {scatter}" if repeats is not None else said
-
-
-def alternatives(names: Sequence[str], confusion: Sequence[str]) -> list[list[str]]:
-    """Return each effect that is named with what the data cannot tell from it, the name first.
-
-    In `confusion` stand the first name and its rivals, then each further name that has rivals, before them.
-
-    Examples
-    --------
-    >>> alternatives(["work_exhaustion", "stribeck"], ["work_exhaustion", "stribeck", "hersey"])
-    [['work_exhaustion'], ['stribeck', 'hersey']]
-    """
-    groups = {name: [name] for name in names}
-    own = next(iter(groups))
-    for name in confusion:
-        if name in groups:
-            own = name
-        else:
-            groups[own].append(name)
-    return list(groups.values())
 
 
 def sentence(

@@ -46,8 +46,8 @@ SHOWN, MOST_GAPS = 5, 3
 class NextTest(TypedDict):
     """A proposed test.
 
-    What is set in it, which two effects it separates most (one, where it shows only what that does between the levels of the plan),
-    by how many standard errors, how many repeats that takes, the tests as rows of a plan, by how many bits all of them together are
+    What is set in it, which two effects it separates most (one, or none where nothing is missing, if it shows only what friction does between the
+    levels of the plan), by how many standard errors, how many repeats that takes, the tests as rows of a plan, by how many bits all of them together are
     expected to reduce the entropy of the answer, and how many tests they are.
     """
 
@@ -147,7 +147,7 @@ def _in_gap(gap: OpenGap, entries: Sequence[NextTest], tests: Sequence[PlannedTe
     return {
         "protocol": BETWEEN,
         "setpoints": inside[0].setpoints,
-        "separates": [gap.effect],
+        "separates": [gap.effect] if gap.effect else [],
         "expected_t": 0.0,
         "plan": [inside[0].row],
         "entropy_reduction": 0.0,

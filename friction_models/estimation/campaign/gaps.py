@@ -70,10 +70,15 @@ def gaps_of(campaign: BinnedTests, name: str) -> list[Gap]:
     return found
 
 
+def gaps_between_tests(campaign: BinnedTests, without: Collection[str] = ()) -> dict[str, list[Gap]]:
+    """Return the gaps of all loads but some, by load. Between the points of a test there is none in the distance."""
+    loads = [n for n in LOAD_NAMES if n not in without and (n != "sd" or campaign.averaged)]
+    return {name: gaps for name in loads if (gaps := gaps_of(campaign, name))}
+
+
 def gaps_text(campaign: BinnedTests, without: Collection[str] = ()) -> str:
-    """Return the gaps of all loads but some, for people; empty where there are none. Between the points of a test there is none."""
+    """Return these gaps for people; empty where there are none."""
     return "; ".join(
         f"{name} {' and '.join(f'{gap.low:.3g} to {gap.high:.3g}' for gap in gaps)}{behind(POINT_UNITS[name])}"
-        for name in LOAD_NAMES
-        if name not in without and (name != "sd" or campaign.averaged) and (gaps := gaps_of(campaign, name))
+        for name, gaps in gaps_between_tests(campaign, without).items()
     )

@@ -10,7 +10,10 @@ from .parameters import FittedTerms
 
 
 class OpenGap(NamedTuple):
-    """A gap in a load that drives an effect, and by how much the effect changes over it."""
+    """A gap in a load that drives an effect, and by how much the effect changes over it.
+
+    The effect is empty where nothing is missing: the model alone says how friction changes there.
+    """
 
     effect: str
     gap: Gap

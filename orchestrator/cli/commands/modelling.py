@@ -76,8 +76,11 @@ def train(
     ] = None,
     interval: Interval = True,
     level: Annotated[
-        float, typer.Option(help="Share of the points of new tests that the prediction interval is to hold.")
-    ] = 0.95,
+        float | None,
+        typer.Option(
+            help="Share of the points of new tests that the prediction interval is to hold (default: 0.95)."
+        ),
+    ] = None,
     load_uncertainty: HonourLoads = True,
     card: Annotated[
         str | None,
@@ -102,7 +105,12 @@ def train(
     from friction_models.models.model_card import few_tests, tied_loads
     from friction_models.training import train as fit
 
-    check_level(level)
+    if level is not None:
+        check_level(level)
+        if card is not None or not interval:
+            raise InputError(
+                f"--level {level:g}: no prediction interval is calibrated; allowed: without --no-interval and --from"
+            )
     if card is None and prior_tests is not None:
         raise InputError("--prior-tests: weighs a card; allowed: with --from card:NAME")
     if card is not None:
@@ -141,11 +149,12 @@ def _from_card(model: Any, dataset: DataSet, card: Card, tests: float | None) ->
     return evaluation, weight
 
 
-def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
+def add_interval(model: Any, dataset: DataSet, level: float | None = None) -> str:
     """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none.
 
     Tests that `refine` left out as far off all others are no part of it.
     """
+    from friction_models.models.intervals.prediction_interval import LEVEL
     from friction_models.training.interval_coverage import add_interval as calibrate
     from friction_models.training.interval_coverage import not_measured, report
 
@@ -153,7 +162,7 @@ def add_interval(model: Any, dataset: DataSet, level: float = 0.95) -> str:
     left_out = history[-1].get("left_out", []) if history else []
     dataset = dataset.without_tests(left_out)
     try:
-        interval = calibrate(model, dataset, level)
+        interval = calibrate(model, dataset, LEVEL if level is None else level)
     except InputError as error:
         said = f"no prediction interval: {error}\n"
     else:

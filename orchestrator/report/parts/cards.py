@@ -38,17 +38,13 @@ def chance(entry: Mapping[str, Any]) -> str:
 
     Examples
     --------
-    >>> chance({"clear": True}), chance({"clear": False}), chance({})
-    ('more than chance', 'may be chance', '')
-    >>> chance({"clear": False, "intervals": {"fall": {"rmse": [-0.00042, -0.00009]}}})
-    'higher by 0.00009 to 0.00042: more than chance'
+    >>> chance({"clear": True})
+    'more than chance'
     """
     # It brings all models, for which pages without rounds do not wait.
-    from friction_models.families.refinement_history import rise_text
+    from friction_models.families.refinement_history import chance_text
 
-    clear = entry.get("clear")
-    known = "" if clear is None else "more than chance" if clear else "may be chance"
-    return rise_text(entry) or known
+    return chance_text(entry)
 
 
 @dataclass(frozen=True)

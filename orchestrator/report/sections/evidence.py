@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NotRequired, TypedDict
 
 from friction_models.common.markup import bullets, escape, paragraph, table
@@ -17,6 +16,7 @@ from friction_models.discovery.answer.wording import (
     mu_format,
     p_text,
     parts_of_floor,
+    told_by,
 )
 from friction_models.discovery.further_tests.next_tests import NextTest
 from friction_models.discovery.judge.verdict import LEVEL
@@ -162,25 +162,18 @@ def remarks_html(found: DiagnosisNumbers) -> str:
     return "\n".join(f"<h3>{heading}</h3>\n{html}" for heading, html in parts.items() if html)
 
 
-def _told(separates: Sequence[str], expected_t: float) -> tuple[str, str]:
-    """Return what a test tells apart, and by how many standard errors."""
-    if len(separates) < 2:
-        return f"{separates[0]} between the levels of the plan", "-"
-    return " / ".join(separates), f"{expected_t:.3g}"
-
-
 def next_tests_html(found: DiagnosisNumbers) -> str:
     """Return the proposed tests as a table, empty where there are none."""
     rows = [
         (
-            t["protocol"], setpoints_text(t["setpoints"]), *_told(t["separates"], t["expected_t"]),
+            t["protocol"], setpoints_text(t["setpoints"]), told_by(t["separates"]), f"{t['expected_t']:.3g}" if len(t["separates"]) > 1 else "-",
             t.get("repeats", "-"), f"{t['entropy_reduction']:.2f}" if "entropy_reduction" in t else "-", len(t["plan"]),
         )
         for t in found.get("next_tests", [])
     ]  # fmt: skip
     if not rows:
         return ""
-    headings = ["protocol", "set points", "tells apart", "standard errors", "runs for 3 standard errors", "bits", "tests"]  # fmt: skip
+    headings = ["protocol", "set points", "tells", "standard errors", "runs for 3 standard errors", "bits", "tests"]  # fmt: skip
     caption = "Bits: by how much the tests of a row together are expected to reduce the entropy of the answer; the most per test first."
     if about := about_next_tests(found["verdict"]):
         caption += f" {about[:1].upper()}{about[1:]}."

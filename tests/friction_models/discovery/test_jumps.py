@@ -13,7 +13,7 @@ from friction_models.discovery import Diagnosis, diagnose
 from orchestrator.report.pages.diagnosis import diagnosis_page
 
 
-def campaign(seed: int, course: str) -> Diagnosis:
+def campaign(seed: int, course: str, scatter: float = 0.003) -> Diagnosis:
     """Diagnose 30 averages of which the level changes in their order: by 0.02 at the 16th, or by 0.04 steadily."""
     rng = np.random.default_rng(seed)
     u = qmc.LatinHypercube(3, seed=rng).random(30)
@@ -26,7 +26,7 @@ def campaign(seed: int, course: str) -> Diagnosis:
             "v_rel": 5.0 * 40.0 ** u[:, 0],
             "T": 20.0 + 180.0 * u[:, 1],
             "sigma_n": 200.0 + 1500.0 * u[:, 2],
-            "mu": 0.09 - 5e-5 * (20.0 + 180.0 * u[:, 1]) + off + rng.normal(0.0, 0.003, 30),
+            "mu": 0.09 - 5e-5 * (20.0 + 180.0 * u[:, 1]) + off + rng.normal(0.0, scatter, 30),
         }
     )
     return diagnose(data, pd.DataFrame({"test_id": names, "order": order}))
@@ -47,6 +47,14 @@ def test_a_drift_is_a_drift(seed: int) -> None:
     found = campaign(seed, "drift")
     assert found.effects == ["sensor_drift"], found.sentence
     assert not any("jump" in text for text in (found.sentence, *found.warnings))
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_a_jump_that_hardly_beats_a_drift_is_told_beside_it(seed: int) -> None:
+    found = campaign(seed, "step", scatter=0.006)
+    assert found.effects == ["sensor_drift"] and found.confidence <= 0.5, found.sentence
+    assert any("jump" in w for w in found.warnings), found.warnings
+    assert not any("jump" in w for w in campaign(seed, "drift", scatter=0.006).warnings)
 
 
 def blocks(seed: int, jump: float, breakdown: float, shuffled: bool) -> Diagnosis:

@@ -18,7 +18,7 @@ from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import ConstantFriction, effects
 from friction_models.discovery import Diagnosis, diagnose
-from friction_models.discovery.assembly import _questions
+from friction_models.discovery.further_tests.asked import questions_of
 from friction_models.discovery.further_tests.formula_error import ENOUGH
 from friction_models.discovery.further_tests.information import Outcomes
 from friction_models.discovery.further_tests.next_tests import plan_rows
@@ -319,6 +319,18 @@ def test_a_test_that_tells_nothing_is_not_proposed() -> None:
     assert "no test that could be proposed tells them apart" in said
 
 
+def test_where_nothing_is_missing_a_test_between_the_levels_is_proposed() -> None:
+    rows = list(product((300.0, 900.0, 2000.0), (5.0, 50.0, 500.0), (20.0, 150.0, 280.0)))
+    points, tests = made(rows, "T")
+    points["mu"] -= 0.02 * np.exp(-(points["T"] - 20.0) / 60.0)
+    found = diagnose(points, tests)
+    assert found.verdict == "nothing_missing", found.sentence
+    gaps = [n for n in found.next_tests if n["protocol"] == "between levels"]
+    assert [n["setpoints"]["v_rel [mm/s]"] for n in gaps[:2]] == pytest.approx([15.8, 158.0], rel=0.02)
+    assert all(n["separates"] == [] and len(n["plan"]) == 1 for n in gaps)
+    assert "what friction does between the levels of the plan" in found.report()
+
+
 def test_no_proposal_sets_a_load_that_the_data_lack() -> None:
     points, tests, _ = campaign(None, seed=4, thin=20)
     for lacking, columns in (("sigma_n", {"sigma_set", "sigma_end"}), ("v_rel", {"v_set", "v_levels"})):
@@ -389,7 +401,7 @@ def test_each_question_is_about_one_name_and_its_own_rivals() -> None:
         return Ranked([f for f in fits.values() if f not in given])
 
     judged: Any = SimpleNamespace(chosen=[fits["offset"], fits["hot"]], beside=beside)
-    asked = _questions(judged, ["offset", "power", "hot", "melting"])
+    asked = questions_of(judged, ["offset", "power", "hot", "melting"])
     assert [[f.name for f in q.rivals] for q in asked] == [["offset", "power"], ["hot", "melting"]]
     # what stands in for the one name is weighed neither against the other name nor against its rivals
     ranked = [[f.name for f in q.found.ranking] for q in asked]

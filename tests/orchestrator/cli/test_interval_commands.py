@@ -80,6 +80,10 @@ def test_without_an_interval(place: Path, tmp_path: Path, capsys: pytest.Capture
         (["pack", str(out), "--interval", "-o", str(tmp_path / "q.fmu")], "has no prediction interval"),
         (["pack", "twin", "--interval", "-o", str(tmp_path / "q.fmu")], "allowed for friction models"),
         (["train", "linear", "--data", data, "-o", str(tmp_path / "q"), "--level", "2"], "0.5 to 0.999"),
+        (
+            ["train", "linear", "--data", data, "-o", str(tmp_path / "q"), "--level", "0.9", "--no-interval"],
+            "without --no-interval",
+        ),
     ):
         assert run(arguments) == 2
         assert said in capsys.readouterr().err
