@@ -293,8 +293,22 @@ def test_tests_that_do_not_rule_an_effect_out_say_which_would(
         == 0
     )
     said = capsys.readouterr().out
-    assert "these tests do not rule it out" in said and "no plan written: no test is proposed" in said
+    assert "these tests do not rule it out" in said and "what friction does between the levels" in said
     assert "more would tell, at other levels of v_rel, T, sigma_n" in said
+
+
+def test_where_no_test_is_proposed_no_plan_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    places = np.random.default_rng(3).permuted(np.tile(np.arange(30) / 29.0, (3, 1)), axis=1).T
+    rows = [(300.0 + 1700.0 * a, 5.0 * 80.0**b, 20.0 + 280.0 * c) for a, b, c in places]
+    points, tests = made(rows, "T", 2)
+    points["mu"] -= 0.02 * np.exp(-(points["T"] - 20.0) / 60.0)
+    points.to_csv(tmp_path / "points.csv", index=False)
+    tests.to_csv(tmp_path / "tests.csv", index=False)
+    plan = tmp_path / "p.csv"
+    assert run(["diagnose", "--data", str(tmp_path), "--model", "linear", "--plan", str(plan)]) == 0
+    assert "no plan written: no test is proposed" in capsys.readouterr().out and not plan.exists()
 
 
 def held(seed: int, spread: float, levels: tuple[float, ...] = (0.165,)) -> pd.DataFrame:

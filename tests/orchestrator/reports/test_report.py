@@ -124,14 +124,18 @@ def test_markup_is_escaped() -> None:
 
 #: Campaign, verdict, and a piece that page and text must hold.
 CASES = {
-    "explained": (partial(campaign, "wear_out", seed=21, strength=1.2), "explained", "wear_out"),
+    "explained": (partial(campaign, "wear_out", seed=21, strength=1.2, extra=0), "explained", "wear_out"),
     "unknown": (
         partial(campaign, seed=90, strength=1.2, shape=lambda r, g: (r.v - 200) * (r.psi - 1.4)),
         "unknown_structure",
         "Where structure is left",
     ),
-    "nothing": (partial(campaign, seed=501), "nothing_missing", "nothing is missing"),
-    "fault": (partial(campaign, "sensor_drift", seed=70, strength=1.2), "data_problem", "sensor_drift"),
+    "nothing": (partial(campaign, seed=501, extra=0), "nothing_missing", "nothing is missing"),
+    "fault": (
+        partial(campaign, "sensor_drift", seed=70, strength=1.2, extra=0),
+        "data_problem",
+        "sensor_drift",
+    ),
 }
 
 
