@@ -32,7 +32,10 @@ def campaign(seed: int, course: str, scatter: float = 0.003) -> Diagnosis:
     return diagnose(data, pd.DataFrame({"test_id": names, "order": order}))
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in (1, 2))]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_jump_is_told_with_its_place(seed: int) -> None:
     found = campaign(seed, "step")
     assert found.verdict == "data_problem" and found.effects == ["sensor_drift"], found.sentence
@@ -42,14 +45,14 @@ def test_a_jump_is_told_with_its_place(seed: int) -> None:
     assert "are at fault" not in diagnosis_page(found, "it")
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_drift_is_a_drift(seed: int) -> None:
     found = campaign(seed, "drift")
     assert found.effects == ["sensor_drift"], found.sentence
     assert not any("jump" in text for text in (found.sentence, *found.warnings))
 
 
-@pytest.mark.parametrize("seed", [3, 8])
+@pytest.mark.parametrize("seed", [pytest.param(3, marks=pytest.mark.nightly), 8])
 def test_a_jump_that_hardly_beats_a_drift_is_told_beside_it(seed: int) -> None:
     found = campaign(seed, "step", scatter=0.006)
     assert found.effects == ["sensor_drift"] and found.confidence <= 0.5, found.sentence
@@ -79,7 +82,7 @@ def blocks(seed: int, jump: float, breakdown: float, shuffled: bool) -> Diagnosi
     return diagnose(pd.concat(frames, ignore_index=True), pd.DataFrame({"test_id": names, "order": order}))
 
 
-@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.nightly)])
 def test_a_jump_that_follows_a_load_is_told_beside_the_name(seed: int) -> None:
     found = blocks(seed, 0.012, 0.0, shuffled=False)
     assert found.effects == ["hot_pressure_breakdown"] and found.confidence <= 0.5, found.sentence

@@ -78,7 +78,7 @@ def test_memory_that_shows_after_changes_of_speed_is_named() -> None:
 @pytest.mark.parametrize(
     ("law", "recipe", "first"),
     [
-        ("breakdown_weibull", "random_walk", "thermal_breakdown"),
+        pytest.param("breakdown_weibull", "random_walk", "thermal_breakdown", marks=pytest.mark.nightly),
         pytest.param(
             "breakdown_desorption", "heteroscedastic", "thermal_breakdown", marks=pytest.mark.nightly
         ),
