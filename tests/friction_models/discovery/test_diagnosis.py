@@ -22,7 +22,7 @@ CLEAR = [
     "rate_state", "tool_roughness", "flash_temperature", "surface_expansion", "static_peak",
 ]  # fmt: skip
 #: By day those that no other test of this folder names, and the first, as what is told apart counts on average.
-DAILY = ["stribeck", "viscous", "work_exhaustion"]
+DAILY = ["stribeck", "viscous", "work_exhaustion", "static_peak"]
 #: What they do is over within millimetres: there must be points in these.
 SHORT = ("rate_state", "static_peak")
 KEYS = [
