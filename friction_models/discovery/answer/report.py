@@ -56,13 +56,16 @@ def _next(d: Findings) -> list[str]:
     ]
     if about := about_next_tests(d.verdict):
         lines.append(f"  ({about})")
-    return lines + [
-        f"  {n['protocol']}: {setpoints_text(n['setpoints'])}; {n['entropy_reduction']:.2f} bits"
-        + (f" by {n['tests']} tests" if n["tests"] > 1 else "")
-        + f"; {told_by(n['separates'])}"
-        + (f": {n['expected_t']:.3g}" if len(n["separates"]) > 1 else "")
-        for n in d.next_tests
-    ]
+    for n in d.next_tests:
+        pair = len(n["separates"]) > 1
+        tests = f" by {n['tests']} tests" if n["tests"] > 1 else ""
+        parts = [
+            f"  {n['protocol']}: {setpoints_text(n['setpoints'])}",
+            *([f"{n['entropy_reduction']:.2f} bits{tests}"] if pair else []),
+            told_by(n["separates"]) + (f": {n['expected_t']:.3g}" if pair else ""),
+        ]
+        lines.append("; ".join(parts))
+    return lines
 
 
 def _budget(d: Findings) -> list[str]:

@@ -164,13 +164,16 @@ def remarks_html(found: DiagnosisNumbers) -> str:
 
 def next_tests_html(found: DiagnosisNumbers) -> str:
     """Return the proposed tests as a table, empty where there are none."""
-    rows = [
-        (
-            t["protocol"], setpoints_text(t["setpoints"]), told_by(t["separates"]), f"{t['expected_t']:.3g}" if len(t["separates"]) > 1 else "-",
-            t.get("repeats", "-"), f"{t['entropy_reduction']:.2f}" if "entropy_reduction" in t else "-", len(t["plan"]),
-        )
-        for t in found.get("next_tests", [])
-    ]  # fmt: skip
+    rows = []
+    for t in found.get("next_tests", []):
+        pair = len(t["separates"]) > 1
+        rows.append(
+            (
+                t["protocol"], setpoints_text(t["setpoints"]), told_by(t["separates"]),
+                f"{t['expected_t']:.3g}" if pair else "-", t.get("repeats", "-"),
+                f"{t['entropy_reduction']:.2f}" if pair and "entropy_reduction" in t else "-", len(t["plan"]),
+            )
+        )  # fmt: skip
     if not rows:
         return ""
     headings = ["protocol", "set points", "tells", "standard errors", "runs for 3 standard errors", "bits", "tests"]  # fmt: skip
