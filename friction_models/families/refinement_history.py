@@ -49,6 +49,19 @@ def strange_parts(entry: Mapping[str, Any]) -> list[str]:
     return [name for name, good in OPTIONAL.items() if name in entry and not good(entry[name])]
 
 
+def left_out_tests(model: object) -> list[str]:
+    """Return the tests that the last round left out, as they lie far off all others; none of a model that was not refined.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> left_out_tests(SimpleNamespace(error_history_=[{"added": ["stribeck"], "left_out": ["t07"]}])), left_out_tests(3)
+    (['t07'], [])
+    """
+    history = getattr(model, "error_history_", [])
+    return list(history[-1].get("left_out", [])) if history else []
+
+
 def rise_text(entry: Mapping[str, Any]) -> str:
     """Return by how much the RMSE of a round rose (95 %), where it rose by more than chance; else an empty text.
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..common import InputError
 from ..estimation.campaign.binning import prepare
 from ..estimation.campaign.gaps import gaps_text
+from ..families.refinement_history import left_out_tests
 from ..loads import DataSet, FloatArray, TriboLoads
 from ..loads.dataset import TRAINING, roles_of
 from ..models.base import FrictionModel
@@ -85,11 +86,12 @@ def add_interval(
 ) -> PredictionInterval:
     """Calibrate a model that was fitted to the training tests of `data`, and measure the coverage on the others.
 
-    Where no role is recorded, all tests are training tests. The model keeps the interval, whose `coverage` has an entry
+    Tests that `refine` left out as far off all others count for neither. Where no role is recorded, all tests are training tests. The model keeps the interval, whose `coverage` has an entry
     for each role but ``train``.
 
     Raises InputError: as `FrictionModel.calibrate`.
     """
+    data = data.without_tests(left_out_tests(model))
     chosen = data.select("train")
     points = chosen.points
     model.calibrate(

@@ -150,23 +150,21 @@ def _from_card(model: Any, dataset: DataSet, card: Card, tests: float | None) ->
 
 
 def add_interval(model: Any, dataset: DataSet, level: float | None = None) -> str:
-    """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none.
-
-    Tests that `refine` left out as far off all others are no part of it.
-    """
+    """Calibrate the prediction interval of a fitted model; return what to tell the user, also why there is none."""
+    from friction_models.families.refinement_history import left_out_tests
     from friction_models.models.intervals.prediction_interval import LEVEL
     from friction_models.training.interval_coverage import add_interval as calibrate
     from friction_models.training.interval_coverage import not_measured, report
 
-    history = getattr(model, "error_history_", [])
-    left_out = history[-1].get("left_out", []) if history else []
-    dataset = dataset.without_tests(left_out)
+    left_out = left_out_tests(model)
     try:
         interval = calibrate(model, dataset, LEVEL if level is None else level)
     except InputError as error:
         said = f"no prediction interval: {error}\n"
     else:
-        said = report(interval) + not_measured(dataset, {w.load for w in interval.between})
+        said = report(interval) + not_measured(
+            dataset.without_tests(left_out), {w.load for w in interval.between}
+        )
     return said + (f"(without {first_names(left_out)}, as the fit)\n" if left_out else "")
 
 
