@@ -22,11 +22,11 @@ from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
-from .answer.fit_warnings import about_the_fit, draws_another_law
+from .answer.fit_warnings import about_the_fit
 from .answer.not_first import why_not_first
+from .answer.other_causes import OtherCauses
 from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
-from .answer.run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
-from .answer.summaries import averages, base_residual, binned_bias, unrecorded_factor, worst_tests
+from .answer.summaries import averages, base_residual, binned_bias, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import sentence
 from .further_tests.asked import answer_of, questions_of
@@ -37,7 +37,6 @@ from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
 from .judge.judged import Judged
 from .judge.level_offset import LevelOffset, level_of
-from .judge.one_test import resting_on_one
 from .judge.verdict import LEVEL
 
 
@@ -88,12 +87,10 @@ def assemble(
     # what loads and metadata say of unseen tests is no group that nobody recorded
     beyond = judged.confirmed.beyond
     unknown = left if beyond is None else left - beyond
-    factor, in_order = unrecorded_factor(campaign, unknown), alike_in_order(campaign, unknown)
+    causes = OtherCauses.of(campaign, found, chosen if named else [], fitted, unknown)
     unread = _beside_unread_zero(campaign, judged)
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}
-    on_one = resting_on_one(campaign, found, chosen if named else [])
-    jumps, instead = jumps_in_order(campaign, fitted), jumps_instead(campaign, found, fitted)
     sure = min(
         sureness(
             campaign,
@@ -101,11 +98,11 @@ def assemble(
             judged.confirmed,
             rests_on,
             off=level.p_value if level.off else None,
-            grouped=factor is not None or bool(in_order),
+            grouped=causes.grouped,
             knows_noise=judged.knows_noise,
             odd_kept=judged.odd_kept,
             unread=unread,
-            other_cause=bool(on_one or jumps or instead) or draws_another_law(campaign, fitted),
+            other_cause=causes.do_as_well,
         ),
         most,
     )
@@ -116,12 +113,8 @@ def assemble(
         where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
     warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
     warnings += same_columns(campaign, effects, [f.effect for f in found.ranking])
-    warnings += [
-        f"{name} rests on one test ({test}), which holds more than half of what it explains: look at its record, and repeat it"
-        for name, test in on_one.items()
-    ]
-    warnings += [*in_order, *uncertain_drivers(whole[0], fitted.terms)]
-    unsure = sure <= EITHER < most and factor is None
+    warnings += [*causes.warnings(), *uncertain_drivers(whole[0], fitted.terms)]
+    unsure = sure <= EITHER < most and causes.factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
     if verdict == "nothing_missing" and (untested := gaps_text(campaign)):
         warnings.append(
@@ -132,11 +125,7 @@ def assemble(
     may_hide = stands_out(found, judged.confirmed) is not None
     may_hide = may_hide or any(most >= usual_mu for _, most in hidden.values())
     warnings += [level.text(f"the {base.name} model")] if level.off else []
-    warnings += [
-        *about_the_noise(campaign, found),
-        *about_the_fit(campaign, fitted),
-        *about_jumps(jumps, instead),
-    ]
+    warnings += [*about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
     questions = questions_of(judged, confusion, unread)
     gaps = open_gaps(campaign, fitted)
     if verdict == "nothing_missing":  # between the levels, the model alone says what friction does
@@ -158,11 +147,11 @@ def assemble(
             sure,
             campaign,
             where,
-            factor,
+            causes.factor,
             close,
             unread,
             may_hide,
-            jumps.get(names[0]) if names else None,
+            causes.jumps.get(names[0]) if names else None,
         ),
         effects=names,
         confidence=sure,
@@ -181,7 +170,7 @@ def assemble(
         error_budget=budget,
         where=where,
         worst_tests=worst_tests(campaign, usual),
-        unrecorded_factor=factor,
+        unrecorded_factor=causes.factor,
         next_tests=proposals,
         warnings=warnings,
         model=base.name,

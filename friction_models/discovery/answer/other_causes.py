@@ -1,0 +1,69 @@
+"""What else may have made what an answer names, or what it leaves: a wrong test, a jump in the order, a factor that nobody recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ...estimation.campaign.binning import BinnedTests
+from ...estimation.fit.parameters import FittedTerms
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
+from ...loads import FloatArray
+from ..judge.one_test import resting_on_one
+from .findings import TestGroups
+from .fit_warnings import draws_another_law
+from .run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
+from .summaries import unrecorded_factor
+
+
+@dataclass(frozen=True)
+class OtherCauses:
+    """Causes beside those of the catalogue, as the tests show them."""
+
+    factor: TestGroups | None  #: Two groups of tests that differ by what is left.
+    in_order: Sequence[str]  #: What changes with the order of the tests, in words.
+    on_one: Mapping[str, str]  #: The test on which a name rests, by name.
+    jumps: Mapping[str, str]  #: By how much and where the tests jump, by the name that only follows it.
+    instead: Mapping[str, tuple[str, str]]  #: Tests between which a jump does as well, by name.
+    another_law: bool  #: Whether a name draws a law that it is not, by cancelling slopes of the model.
+
+    @classmethod
+    def of(
+        cls,
+        campaign: BinnedTests,
+        found: SearchRound,
+        chosen: Sequence[Fit],
+        fitted: FittedTerms,
+        unknown: FloatArray,
+    ) -> OtherCauses:
+        """Look for them; `unknown`, shape (m,), is what neither names nor anything else that was recorded predicts."""
+        return cls(
+            unrecorded_factor(campaign, unknown),
+            alike_in_order(campaign, unknown),
+            resting_on_one(campaign, found, chosen),
+            jumps_in_order(campaign, fitted),
+            jumps_instead(campaign, found, fitted),
+            draws_another_law(campaign, fitted),
+        )
+
+    @property
+    def grouped(self) -> bool:
+        """Whether what nobody recorded sets tests apart."""
+        return self.factor is not None or bool(self.in_order)
+
+    @property
+    def do_as_well(self) -> bool:
+        """Whether one of them does as well as a name."""
+        return bool(self.on_one or self.jumps or self.instead) or self.another_law
+
+    def warnings(self) -> list[str]:
+        """Return what there is to say of them, but of the factor and of another law, which have their own places."""
+        return [
+            *(
+                f"{name} rests on one test ({test}), which holds more than half of what it explains: look at its record, and repeat it"
+                for name, test in self.on_one.items()
+            ),
+            *self.in_order,
+            *about_jumps(self.jumps, self.instead),
+        ]
