@@ -13,8 +13,8 @@ from ...estimation.campaign.factors import factors_like
 from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
-from ...estimation.search.search_round import SearchRound
-from ...estimation.search.unseen_loads import AS_GOOD
+from ...estimation.search.search_round import EQUAL, SearchRound
+from ...estimation.search.significance import alike as contribute_alike
 from ...estimation.search.zero_reading import credible
 from .error_budget import fall
 from .identifiability import one_cause
@@ -142,6 +142,22 @@ class Rivals:
         own, other = (self.straight.errors_of_form(f, beside) for f in forms)
         return fall(other, own)[1] >= APART
 
+    def plainest_first(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects led by the plainest of those that contribute the same as the first, and predict unseen tests as well.
+
+        As in the ranking: which of them is better by a hair changes with every test that is left out.
+        """
+        if not kept:
+            return kept
+        first, *others = kept
+        own, names = self.straight.errors(kept).rms ** 2, {f.name for f in kept}
+        same = (f for f in self.found.ranking if f.name not in names and contribute_alike(first, f) > EQUAL)
+        as_good = (
+            f for f in same if self.straight.errors([f, *others]).rms ** 2 <= (1.0 + LEAST_SHARE) * own
+        )
+        lead = min([first, *as_good], key=self.found.plainness)
+        return kept if lead is first else [lead, *others]
+
     def credible_first(
         self, kept: list[Fit], beside: Mapping[str, Sequence[str]], alike: Sequence[str]
     ) -> list[Fit]:
@@ -158,14 +174,12 @@ class Rivals:
         return kept if first is None else [first, *kept[1:]]
 
     def largest_first(self, kept: list[Fit]) -> list[Fit]:
-        """Return the effects led by one that carries far more of the error on unseen tests than the first, if there is one."""
+        """Return the effects led by the one that carries most of the error on unseen tests."""
         if len(kept) < 2:
             return kept
         left = [self.straight.errors([g for g in kept if g is not f]).rms ** 2 for f in kept]
         carried = np.array(left) - self.straight.errors(kept).rms ** 2
         most = int(np.argmax(carried))
-        if carried[0] > AS_GOOD * carried[most]:
-            return kept
         return [kept[most], *(f for f in kept if f is not kept[most])]
 
 

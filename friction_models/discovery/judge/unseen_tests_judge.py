@@ -65,6 +65,9 @@ class UnseenTestsJudge:
         alone = CONFIRMED if verdict == "unknown_structure" else BELIEVED
         verdict, chosen = self._doubted(verdict, chosen, named, bent, alone)
         verdict, kept, shares = self._named(verdict, chosen, named, alone)
+        plainest = self.rivals.plainest_first(kept)
+        if plainest is not kept:
+            kept, shares = plainest, self.beside.shares(plainest)
         beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
         likelier = self.rivals.credible_first(kept, beside, alike)
         if likelier is not kept and helps(self.unseen.errors(), self.unseen.errors(effects_of(likelier))):
@@ -83,7 +86,8 @@ class UnseenTestsJudge:
             verdict = "data_problem" if faults else "explained"
         if verdict in NAMED and (cancelling := self._cancelling(kept, sure=verdict != "ambiguous")):
             kept = [f for f in kept if f.name not in cancelling]
-            verdict, rivals = ("partly_explained", told(kept, beside)) if kept else ("unknown_structure", ())
+            rivals = told(kept, beside)
+            verdict = "unknown_structure" if not kept else "ambiguous" if rivals else "partly_explained"
             shares = self.beside.shares(kept, alone)
         shares, repeats = self._beside_repeats(kept, shares)
         if verdict == "data_problem" and shares.left > NOT_THE_ANSWER:

@@ -92,6 +92,10 @@ class SearchRound:
         """Return whether an effect contributes the same as another one that it contains, so that nothing speaks for it."""
         return whole.name in self.by_parts and is_part(part, whole) and alike(part, whole) > TWINS
 
+    def plainness(self, fit: Fit) -> tuple[bool, int, int]:
+        """Return what the plainest effect has least of: no fault, fewest numbers, listed first."""
+        return plainness(fit, [p.name for p in self.candidates])
+
     def columns_with(self, fits: Sequence[Fit]) -> FloatArray:
         """Return the base and some effects in the bins, shape (m, p + effects)."""
         return np.column_stack([self.columns, *(f.binned for f in fits)])
@@ -248,20 +252,22 @@ def search(
     )
 
 
+def plainness(fit: Fit, listed: Sequence[str]) -> tuple[bool, int, int]:
+    """Return what the plainest effect has least of: no fault, fewest numbers, `listed` first."""
+    return fit.effect.kind == "fault", fit.effect.degrees_of_freedom, listed.index(fit.name)
+
+
 def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:
     """Let the plainest come first of effects that contribute the same and fit alike: no fault, fewest numbers, listed first.
 
     Which of them fits better by a hair changes with every test that is left out.
     """
 
-    def plainness(fit: Fit) -> tuple[bool, int, int]:
-        return fit.effect.kind == "fault", fit.effect.degrees_of_freedom, listed.index(fit.name)
-
     ordered, rest = list[Fit](), list(ranking)
     while rest:
         best = rest[0]
         near = (f for f in rest[1:] if f.evidence > (1.0 - SAME) * best.evidence > 0.0)
-        lead = min([best, *(f for f in near if alike(best, f) > EQUAL)], key=plainness)
+        lead = min([best, *(f for f in near if alike(best, f) > EQUAL)], key=lambda f: plainness(f, listed))
         ordered.append(lead)
         rest = [f for f in rest if f is not lead]
     return ordered
