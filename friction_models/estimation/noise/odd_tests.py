@@ -161,6 +161,8 @@ def _around(off: FloatArray, nearest: Indexes) -> FloatArray:
     0 where tests with similar loads scatter alike no more than by chance: that of so few is chance itself.
     """
     around = np.median(np.abs(off[nearest]), axis=1)
+    if min(np.ptp(np.abs(off)), np.ptp(around)) <= 0.0:  # ranks need differences
+        return np.zeros(len(off))
     alike = spearmanr(np.abs(off), around).statistic * np.sqrt(len(off)) > BY_THEIR_LOADS
     return np.asarray(1.4826 * around if alike else np.zeros(len(off)))
 
@@ -171,7 +173,7 @@ def _of_levels(off: FloatArray, levels: list[Indexes]) -> list[FloatArray]:
     for level in levels:
         own = [np.abs(off[level == k]) for k in range(int(level.max()) + 1)]
         many = [z for z in own if len(z) >= LEAST_OF_LEVEL]
-        if len(many) > 1 and kruskal(*many).pvalue < BY_THEIR_LEVEL:
+        if len(many) > 1 and np.ptp(np.abs(off)) > 0.0 and kruskal(*many).pvalue < BY_THEIR_LEVEL:
             scatter = [1.4826 * float(np.median(z)) if len(z) >= LEAST_OF_LEVEL else 0.0 for z in own]
             found.append(np.array(scatter)[level])
     return found

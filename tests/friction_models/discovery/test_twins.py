@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
+from friction_models.discovery.judge.rivals import Rivals
+from friction_models.effects import CATALOGUE
+from friction_models.estimation.search.search_round import plainness
 
 from ..estimation_cases import measured
 
@@ -34,3 +40,30 @@ def test_the_first_of_twins_does_not_hang_on_single_tests(seed: int) -> None:
     told = first_names(under_pressure(seed), np.random.default_rng(seed))
     # fewest numbers first, then the order of the catalogue; a fault last
     assert told == {"pressure_power"}
+
+
+SIGNAL = np.linspace(-1.0, 1.0, 40)
+#: Contributions in the data: of three that are the same one is a fault, and of two that resemble it one has fewer numbers.
+SIGNALS = {
+    "pressure_saturation": SIGNAL,
+    "pressure_power": SIGNAL + 1e-3 * SIGNAL**2,
+    "force_zero": SIGNAL,
+    "flash_temperature": SIGNAL + 0.2 * SIGNAL**2,
+}
+
+
+@pytest.mark.parametrize(
+    ("power", "named"),
+    [(0.00300, "pressure_power"), (0.00301, "pressure_power"), (0.00310, "pressure_saturation")],
+)
+def test_what_unseen_tests_prefer_by_a_hair_does_not_lead_a_plainer_one(power: float, named: str) -> None:
+    """They prefer the saturation by 0, 0.7 and 6.8 % of the squared error."""
+    fits: list[Any] = [
+        SimpleNamespace(name=n, effect=CATALOGUE[n](), signal=signal) for n, signal in SIGNALS.items()
+    ]
+    left = dict.fromkeys(SIGNALS, 0.003) | {"pressure_power": power}
+    found = SimpleNamespace(ranking=fits, plainness=lambda fit: plainness(fit, list(CATALOGUE)))
+    straight = SimpleNamespace(errors=lambda kept: SimpleNamespace(rms=left[kept[0].name]))
+    rivals = Rivals(*(cast(Any, part) for part in (None, found, straight, None)))
+    assert [f.name for f in rivals.plainest_first(fits[:1])] == [named]
+    assert rivals.plainest_first([]) == []
