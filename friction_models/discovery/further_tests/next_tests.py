@@ -84,13 +84,19 @@ def propose(
     for open_gap in sorted(gaps, key=lambda g: -g.change):
         if any(t.fills == open_gap.gap for t in tests):
             largest.setdefault(open_gap.gap, open_gap)
-    in_gaps = [_in_gap(gap, entries, tests) for gap in list(largest.values())[:MOST_GAPS]]
+    by_effects = [gap for gap in largest.values() if gap.effect]
+    in_gaps = [_in_gap(gap, entries, tests) for gap in by_effects[:MOST_GAPS]]
     taken = [w["plan"][0] for w in in_gaps]
     entries = [*(e for e in entries if _tells(e) and e["plan"][0] not in taken), *in_gaps]
     entries.sort(key=lambda e: -e["entropy_reduction"] / e["tests"])
     wanted = [*in_gaps, *[e for e in entries if e["protocol"] == READ][:1]]
     others = [e for e in entries if e not in wanted][: SHOWN - len(wanted)]
     shown = [e for e in entries if e in wanted or e in others]
+    # where nothing is missing, what the model alone says of a gap takes no place of a test that tells effects apart
+    left = [_form_in(gap, tests) for gap in largest.values() if not gap.effect]
+    shown += [e for e in left[:MOST_GAPS] if e["plan"] not in [s["plan"] for s in shown]][
+        : SHOWN - len(shown)
+    ]
     if read_first:
         shown.sort(key=lambda e: e["protocol"] != READ)
     return shown, [remark for _, remarks in answers for remark in remarks]
@@ -139,17 +145,20 @@ def _tells(entry: NextTest) -> bool:
 
 def _in_gap(gap: OpenGap, entries: Sequence[NextTest], tests: Sequence[PlannedTest]) -> NextTest:
     """Return a test in a gap: what tells rivals apart there, too, or one that shows the form of the effect alone."""
-    inside = [t for t in tests if t.fills == gap.gap]
-    rows = [t.row for t in inside]
+    rows = [t.row for t in tests if t.fills == gap.gap]
     telling = [e for e in entries if e["plan"][0] in rows and _tells(e)]
-    if telling:
-        return max(telling, key=lambda e: e["entropy_reduction"])
+    return max(telling, key=lambda e: e["entropy_reduction"]) if telling else _form_in(gap, tests)
+
+
+def _form_in(gap: OpenGap, tests: Sequence[PlannedTest]) -> NextTest:
+    """Return a test that shows the form of an effect, or of friction, in a gap."""
+    inside = next(t for t in tests if t.fills == gap.gap)
     return {
         "protocol": BETWEEN,
-        "setpoints": inside[0].setpoints,
+        "setpoints": inside.setpoints,
         "separates": [gap.effect] if gap.effect else [],
         "expected_t": 0.0,
-        "plan": [inside[0].row],
+        "plan": [inside.row],
         "entropy_reduction": 0.0,
         "tests": 1,
     }

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import expit
 
 from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.clipping import clipped_share
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import EITHER
 from ...estimation.search.zero_reading import credible
@@ -43,6 +44,8 @@ MOST_WHERE_PARTS_DO = 0.75
 #: Tests that lie far off all others, and stay, draw a law their way and swell the floor: of nine made-up campaigns with three of them in 27
 #: to 60 tests, four of five names were right, and three of four times something was missing where nothing was named.
 MOST_BESIDE_ODD = 0.75
+#: Share of the points at which mu was clipped from which on nothing can be said to be missing: it would lie beyond the clip.
+MOST_CLIPPED = 0.1
 #: A noise floor above this share of mu hides everything else.
 BLURRED = 0.5
 #: Of points outside the domain of a model, and of spikes: these are counted, not judged.
@@ -149,7 +152,9 @@ def sureness(
         sure = max(sure, min(1.0 - off, LIMITS[1]))
     unsure = [
         not found.floor.known,
-        nothing and (len(campaign.tests) < LEAST_TESTS or blurred(campaign, found)),
+        nothing and len(campaign.tests) < LEAST_TESTS,
+        blurred(campaign, found) and verdict in {"nothing_missing", *NAMED},
+        nothing and clipped_share(campaign.mu, campaign.point_test) > MOST_CLIPPED,
         nothing and grounds["reference"] > 0.0,  # of 118 such answers where nothing was hidden none had it
         nothing and odd_kept,  # they hide what is missing
         nothing and grouped,  # what sets the groups apart is missing

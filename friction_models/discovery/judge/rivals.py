@@ -14,7 +14,9 @@ from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import EQUAL, SearchRound
+from ...estimation.search.significance import TWINS
 from ...estimation.search.significance import alike as contribute_alike
+from ...estimation.search.unseen_loads import AS_GOOD, constant
 from ...estimation.search.zero_reading import credible
 from .error_budget import fall
 from .identifiability import one_cause
@@ -31,6 +33,10 @@ AS_LIKELY, AGREED = 0.5, 1.0
 BEHIND = 3.0
 #: By so many they do where the leads of single tests agree by as many: two views of the same data that can be wrong in other ways.
 BEHIND_IN_BOTH = 2.0
+
+
+#: A memory of loads that no test changes takes more than this share of the squared error on unseen tests, or is not named.
+UNSEEN_MEMORY = 0.05
 
 
 class Further(Protocol):
@@ -145,17 +151,23 @@ class Rivals:
     def plainest_first(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by the plainest of those that contribute the same as the first, and predict unseen tests as well.
 
-        As in the ranking: which of them is better by a hair changes with every test that is left out.
+        As in the ranking: which of them is better by a hair changes with every test that is left out. A memory of loads that no test
+        changes is hardly seen: a law of these loads alone, which contributes nearly the same, is plainer.
         """
         if not kept:
             return kept
         first, *others = kept
         own, names = self.straight.errors(kept).rms ** 2, {f.name for f in kept}
-        same = (f for f in self.found.ranking if f.name not in names and contribute_alike(first, f) > EQUAL)
-        as_good = (
-            f for f in same if self.straight.errors([f, *others]).rms ** 2 <= (1.0 + LEAST_SHARE) * own
-        )
-        lead = min([first, *as_good], key=self.found.plainness)
+        flat = {*constant(first.effect, self.campaign)} if first.effect.needs_state else set()
+
+        def as_good(fit: Fit) -> bool:
+            without = not fit.effect.needs_state and {*fit.effect.driver} <= flat
+            alike, worse = (TWINS, UNSEEN_MEMORY) if without else (EQUAL, LEAST_SHARE)
+            same = contribute_alike(first, fit) > alike
+            return same and self.straight.errors([fit, *others]).rms ** 2 <= (1.0 + worse) * own
+
+        others_as_good = [f for f in self.found.ranking if f.name not in names and as_good(f)]
+        lead = min([first, *others_as_good], key=self.found.plainness)
         return kept if lead is first else [lead, *others]
 
     def credible_first(
@@ -174,12 +186,14 @@ class Rivals:
         return kept if first is None else [first, *kept[1:]]
 
     def largest_first(self, kept: list[Fit]) -> list[Fit]:
-        """Return the effects led by the one that carries most of the error on unseen tests."""
+        """Return the effects led by one that carries far more of the error on unseen tests than the first, if there is one."""
         if len(kept) < 2:
             return kept
         left = [self.straight.errors([g for g in kept if g is not f]).rms ** 2 for f in kept]
         carried = np.array(left) - self.straight.errors(kept).rms ** 2
         most = int(np.argmax(carried))
+        if carried[0] > AS_GOOD * carried[most]:
+            return kept
         return [kept[most], *(f for f in kept if f is not kept[most])]
 
 

@@ -56,8 +56,11 @@ class TwoLoads:
             [f for f in self.names.found.ranking if f.name not in known and self._is_simple(f, load)]
             for load in loads
         ]
+        # the larger one first: both take the place of one name
         sums: list[tuple[Fit, ...]] = [
-            pair for some, more in combinations(of_load, 2) for pair in product(some, more)
+            tuple(sorted(pair, key=lambda f: -f.gain))
+            for some, more in combinations(of_load, 2)
+            for pair in product(some, more)
         ]
         if any(self._is_simple(f, load) for f in others for load in loads):
             # the other half stands there already

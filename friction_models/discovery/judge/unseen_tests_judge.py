@@ -87,8 +87,10 @@ class UnseenTestsJudge:
         if verdict in NAMED and (cancelling := self._cancelling(kept, sure=verdict != "ambiguous")):
             kept = [f for f in kept if f.name not in cancelling]
             rivals = told(kept, beside)
-            verdict = "unknown_structure" if not kept else "ambiguous" if rivals else "partly_explained"
             shares = self.beside.shares(kept, alone)
+            verdict = "ambiguous" if rivals else "partly_explained"
+            if not kept:
+                verdict = "unknown_structure" if shares.missing > 0.0 else "nothing_missing"
         shares, repeats = self._beside_repeats(kept, shares)
         if verdict == "data_problem" and shares.left > NOT_THE_ANSWER:
             verdict, kept, rivals = "unknown_structure", [], ()

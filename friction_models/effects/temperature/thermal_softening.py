@@ -6,11 +6,11 @@ from ...expressions.ops import LoadColumns, Ops, Value
 from ..base import Effect, EffectContext, Parameters
 from ..parameters import Amplitude, ShapeParameter
 
-T_REF = 20.0  # degC
-
 
 class ThermalSoftening(Effect):
-    """Extra friction of the cold film that fades with temperature, ``delta_T * exp(-((T - 20)/T_s)^n)``.
+    """Extra friction of the cold film that fades with temperature, ``delta_T * exp(-((T - T_0)/T_s)^n)``.
+
+    `T_0` is 20 degC, or the lowest temperature of the tests where that is lower.
 
     Examples
     --------
@@ -25,8 +25,8 @@ class ThermalSoftening(Effect):
     title = "the lubricant film softens with temperature"
     label = "Thermal softening"
     sentence = "friction falls as the contact warms up and the lubricant film softens"
-    equation = "mu += delta_T * exp(-(max(T - 20, 0)/T_s)^n)"
-    latex = r"\mu \mathrel{+}= \Delta\mu_T\,e^{-\left(\max(T-20,0)/T_s\right)^n}"
+    equation = "mu += delta_T * exp(-(max(T - T_0, 0)/T_s)^n)"
+    latex = r"\mu \mathrel{+}= \Delta\mu_T\,e^{-\left(\max(T-T_0,0)/T_s\right)^n}"
     citation = "Ceron, Bay et al.: friction falls with interface temperature, CIRP Annals (2011); exponential law after Reynolds (1886)"
     where_it_shows = "cold contacts against warm ones, and the heating within a test"
     driver = ("T",)
@@ -44,7 +44,19 @@ class ThermalSoftening(Effect):
             points=12,
         ),
         ShapeParameter("n", "1", "steepness", 1.0, 4.0, 1.0, values=(1.0, 2.0)),
+        ShapeParameter(
+            "T_0",
+            "degC",
+            "temperature from which on the film softens",
+            -200.0,
+            20.0,
+            20.0,
+            follows="T_cold",
+            points=1,
+            log=False,
+            earlier=20.0,
+        ),
     )
 
     def basis(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
-        return (x.exp(-x.power(x.relu(L.T - T_REF) / p["T_s"], p["n"])),)
+        return (x.exp(-x.power(x.relu(L.T - p["T_0"]) / p["T_s"], p["n"])),)

@@ -127,6 +127,8 @@ def _about_levels(
     if freedom < LEAST_FREEDOM:
         return None
     own = np.empty((len(campaign.tests), 0))
+    # what is the same in each group belongs to its setting, as a set temperature does
+    across = [c for c in across if any(np.ptp(c[g]) > 0.0 for g in groups)]
     if across:
         levels = _levels(campaign, across)
         offsets, spent = _of_levels(levels, campaign.of_tests(residual), groups)

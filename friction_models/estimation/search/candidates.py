@@ -20,6 +20,8 @@ from ..campaign.metadata import metadata_spans
 OPS = NumpyOps()
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
 THIN, OUTER = 0.01, 0.025
+#: Highest temperature from which on a lubricant film softens [degC]; that of the coldest point where it is colder.
+ROOM = 20.0
 
 
 @dataclass
@@ -88,7 +90,9 @@ def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ..
         * lengths
     )
     spans["work"] = (0.05 * float(np.max(totals)), float(np.max(totals)))
-    spans["T_rise"] = (0.1 * (spans["T"][1] - 20.0), max(spans["T"][1] - 20.0, 1.0))
+    cold = min(float(loads.T.min()), ROOM)
+    spans["T_cold"] = (cold, cold)
+    spans["T_rise"] = (0.1 * (spans["T"][1] - cold), max(spans["T"][1] - cold, 1.0))
     rise = max(spans["psi"][1] - 1.0, 1e-3)
     spans["psi_rise"] = (0.1 * rise, rise)
     slow, length = spans["v_rel"][0], float(np.median(lengths))

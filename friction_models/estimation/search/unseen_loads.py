@@ -154,11 +154,12 @@ def doubts(campaign: BinnedTests, verdict: str, chosen: Sequence[Fit]) -> tuple[
         effect = fit.effect
         flat = constant(effect, campaign)
         if flat:
-            rest = [n for n in effect.driver if n not in flat]
-            along = " along a test" if any(campaign.varies(n) for n in flat) else ""
+            rest = " and ".join(n for n in effect.driver if n not in flat) or "nothing else"
+            load = " and ".join(flat)
             notes.append(
-                f"{effect.name} needs {' and '.join(flat)} to vary{along}: these data show a dependence on "
-                f"{' and '.join(rest) or 'nothing else'} only"
+                f"{effect.name} needs {load} to vary along a test: these data show a dependence on {load} from test to test, and no memory of it"
+                if any(campaign.varies(n) for n in flat)
+                else f"{effect.name} needs {load} to vary: these data show a dependence on {rest} only"
             )
     if other_speed(campaign):
         notes.append(

@@ -84,7 +84,7 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
     """
     names = {n for _, w in WEIGHTS.values() for n in w}
     grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "reference": reference}
-    campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests))
+    campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests), point_test=np.arange(tests))
     found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01))
     kept = Confirmation("nothing_missing")
     said = sureness(

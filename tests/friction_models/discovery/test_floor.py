@@ -94,6 +94,18 @@ def test_repeats_of_other_levels_scatter_about_what_the_levels_make_of_them() ->
     assert found.interval[0] < np.hypot(0.003, 0.002) < found.interval[1]
 
 
+def test_a_set_value_that_repeats_share_is_no_level_to_take_out() -> None:
+    """Each setting has a tool temperature of its own, and its repeats are of several oils: what the temperature does is lack of fit."""
+    data = measured(repeated(2, each=4), 0.1, 2)
+    names = data["test_id"].unique()
+    tests = pd.DataFrame({"test_id": names, "oil": [f"oil {n[-1]}" for n in names]})
+    tests["T_tool"] = [20.0 + 40.0 * (int(n[1:3]) // 2) for n in names]
+    bent = data["test_id"].str[1:3].astype(int).map(lambda k: 0.02 * (k // 2 - 1.5) ** 2)
+    campaign = prepare(data.assign(mu=data["mu"] + bent), tests)
+    found = repeats_of(campaign, campaign.average(campaign.mu))
+    assert found is not None and found.tests == 32 and found.lacks_fit, found
+
+
 def test_a_number_that_counts_the_repeats_parts_no_repeats() -> None:
     """Eight rings, each with a slope of its own over four pressures, three strokes each: strokes are repeats, rings are not."""
     rng = np.random.default_rng(4)
