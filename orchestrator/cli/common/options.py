@@ -11,6 +11,7 @@ import typer
 
 from friction_models.common import InputError, nearest
 from friction_models.common.processes.child_processes import environment
+from friction_models.common.wording import counted
 
 from .console import note
 from .files_named import Reads, Writes
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
     from ...cosim.system import System
 
+#: What tests are for; another role is allowed, and judged by itself.
+ROLES = ("train", "test")
 Data = Annotated[
     Path, typer.Option("--data", help="Data set: a folder with points.csv, or a CSV or Parquet file.")
 ]
@@ -124,9 +127,23 @@ def read_data(
 
         found = metadata_remarks(variables, dataset.tests, dataset.points["test_id"].unique())
         notes += [f"{data}: {remark}" for remark in dict.fromkeys(found)]
-    for text in (*notes, *dataset.notes):
+    for text in (*notes, *_misspelt_roles(dataset, data), *dataset.notes):
         note(text)
     return dataset
+
+
+def _misspelt_roles(dataset: DataSet, where: object) -> list[str]:
+    """Return notes about roles that look like ``train`` or ``test``: each is a role of its own, on which nothing is trained."""
+    if dataset.tests is None or "role" not in dataset.tests.columns:
+        return []
+    from friction_models.loads.dataset import roles_of
+
+    counts = roles_of(dataset.tests["role"]).value_counts(sort=False)
+    return [
+        f"{where}: role {role!r} of {counted(int(tests), 'test')} is none of train, test; did you mean {meant!r}? Nothing is trained on these"
+        for role, tests in counts.items()
+        if role not in ROLES and (meant := nearest(str(role), ROLES))
+    ]
 
 
 def learning_part(dataset: DataSet, where: object) -> DataSet:

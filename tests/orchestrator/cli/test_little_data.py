@@ -72,3 +72,6 @@ def test_roles_without_one_to_learn_from_are_named(command: list[str], told: Sai
     (tmp_path / "data/tests.csv").write_text("test_id,role\na,test\nb,test\n")
     code, _, err = told(*command, "--data", "data")
     assert code == 2 and "data: no test has the role 'train'; allowed: at least one" in err
+    (tmp_path / "data/tests.csv").write_text("test_id,role\na,tset\nb,tset\n")
+    code, _, err = told(*command, "--data", "data")
+    assert code == 2 and "role 'tset' of 2 tests is none of train, test; did you mean 'test'?" in err
