@@ -234,7 +234,13 @@ def has_interval(model: Any) -> bool:
 
 
 def _refuse_level(model: Any, name: str, level: float | None) -> None:
-    if level is not None and not has_interval(model):
+    """Refuse a level that is none, or of a model without an interval, before anything is said."""
+    if level is None:
+        return
+    from friction_models.models.intervals.prediction_interval import check_level
+
+    check_level(level)
+    if not has_interval(model):
         raise InputError(
             f"--level {level:g}: {name} has no prediction interval; allowed: a model trained with one (train --interval)"
         )

@@ -34,7 +34,7 @@ def test_train_tells_the_coverage_and_keeps_it(place: Path, capsys: pytest.Captu
     assert card["interval"]["level"] == 0.95 and card["interval"]["coverage"]["test"]["tests"] == 6.0
 
 
-def test_predict_adds_the_bounds(place: Path, tmp_path: Path) -> None:
+def test_predict_adds_the_bounds(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     frames = {}
     for name, more in (("usual", []), ("narrow", ["--level", "0.7"])):
         out = tmp_path / f"{name}.csv"
@@ -54,6 +54,10 @@ def test_predict_adds_the_bounds(place: Path, tmp_path: Path) -> None:
     assert run(onnx) == 0
     pd.testing.assert_frame_equal(pd.read_csv(out), usual, rtol=1e-12)
     assert run([*onnx, "--level", "0.7"]) == 2
+    capsys.readouterr()
+    assert run(["evaluate", str(place / "model"), "--data", str(place / "data"), "--level", "2"]) == 2
+    said = capsys.readouterr()
+    assert "0.5 to 0.999" in said.err and not said.out  # before anything is shown
 
 
 def test_evaluate_writes_the_coverage(place: Path, tmp_path: Path) -> None:
