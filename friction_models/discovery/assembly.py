@@ -31,7 +31,7 @@ from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import sentence
 from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import propose
-from .judge.confidence import grounds, sureness
+from .judge.confidence import blurred, grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
@@ -125,7 +125,8 @@ def assemble(
     may_hide = stands_out(found, judged.confirmed) is not None
     may_hide = may_hide or any(most >= usual_mu for _, most in hidden.values())
     warnings += [level.text(f"the {base.name} model")] if level.off else []
-    warnings += [*about_the_noise(campaign, found), *about_the_fit(campaign, fitted)]
+    hides = floor["total"] if blurred(campaign, found, judged.confirmed) else None
+    warnings += [*about_the_noise(campaign, hides), *about_the_fit(campaign, fitted)]
     questions = questions_of(judged, confusion, unread)
     gaps = open_gaps(campaign, fitted)
     if verdict == "nothing_missing":  # between the levels, the model alone says what friction does

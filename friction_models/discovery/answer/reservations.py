@@ -9,7 +9,6 @@ from ...estimation.campaign.binning import BinnedTests
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
-from ..judge.confidence import blurred
 from ..judge.confirmation import Confirmation
 from ..judge.verdict import LEVEL
 from .repeated_settings import settings_text
@@ -97,16 +96,16 @@ def could_hide(hidden: dict[str, tuple[float, float]], mu: float) -> list[str]:
     return said
 
 
-def about_the_noise(campaign: BinnedTests, found: SearchRound) -> list[str]:
-    """Return warnings where averages are not trusted, and where the noise hides everything."""
+def about_the_noise(campaign: BinnedTests, hides: float | None) -> list[str]:
+    """Return warnings where averages are not trusted, and where a noise floor `hides` everything."""
     said = []
     if (off := campaign.distrusted) is not None:
         said.append(
             f"{int(off.sum())} of {len(off)} averages lie far off the rest of their test: the fit gives them no weight, budget and noise floor count them"
         )
-    if blurred(campaign, found):
+    if hides is not None:
         said.append(
-            f"the noise floor ({found.floor.total:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
+            f"the noise floor ({hides:.3g}) is more than half of mu itself ({np.mean(campaign.mu):.3g}): look for outliers "
             "and faulty tests first, little else can be seen in such data"
         )
     return said

@@ -153,7 +153,7 @@ def sureness(
     unsure = [
         not found.floor.known,
         nothing and len(campaign.tests) < LEAST_TESTS,
-        blurred(campaign, found) and verdict in {"nothing_missing", *NAMED},
+        blurred(campaign, found, confirmed) and (nothing or (verdict in NAMED and drowned(confirmed))),
         nothing and clipped_share(campaign.mu, campaign.point_test) > MOST_CLIPPED,
         nothing and grounds["reference"] > 0.0,  # of 118 such answers where nothing was hidden none had it
         nothing and odd_kept,  # they hide what is missing
@@ -173,6 +173,13 @@ def sureness(
     return min(sure, EITHER) if any(unsure) else sure
 
 
-def blurred(campaign: BinnedTests, found: SearchRound) -> bool:
-    """Return whether the noise hides everything."""
-    return found.floor.total > BLURRED * float(np.mean(campaign.mu))
+def drowned(confirmed: Confirmation) -> bool:
+    """Return whether what can be predicted beyond the model is less than what cannot."""
+    shares = confirmed.shares
+    return shares is None or shares.base < 2.0 * shares.best
+
+
+def blurred(campaign: BinnedTests, found: SearchRound, confirmed: Confirmation) -> bool:
+    """Return whether the noise hides everything: what unseen tests do not predict, or where none can be left out that of the search."""
+    noise = found.floor.total if confirmed.shares is None else float(np.sqrt(confirmed.shares.best))
+    return noise > BLURRED * float(np.mean(campaign.mu))

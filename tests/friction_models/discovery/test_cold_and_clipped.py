@@ -55,3 +55,17 @@ def test_nothing_is_sure_to_be_missing_where_most_readings_were_clipped() -> Non
     found = clipped(2, 0.8)
     assert found.verdict == "nothing_missing" and found.confidence <= 0.5, found.sentence
     assert any("clipped?" in w for w in found.warnings)
+
+
+@pytest.mark.parametrize(("size", "most"), [(0.15, 0.5), (1.2, 1.0)])
+def test_a_name_in_noise_that_is_more_than_half_of_mu_is_sure_only_if_it_is_larger(
+    size: float, most: float
+) -> None:
+    data = averages(4)
+    names, offsets = data["test_id"].unique(), np.random.default_rng(5).uniform(0.0, 0.5, 36)
+    running_in = size * np.exp(-data["sd"] / 3.0)
+    offset = data["test_id"].map(dict(zip(names, offsets, strict=True)))
+    found = diagnose(data.assign(mu=0.1 * data["mu"] + running_in + offset - 0.05))
+    assert found.effects == ["running_in"] and most - 0.4 < found.confidence <= most, found.sentence
+    floor = f"noise floor ({found.noise_floor['total']:.3g})"
+    assert any(f"{floor} is more than half of mu" in w for w in found.warnings), found.warnings
