@@ -143,9 +143,9 @@ def counted(lines: Sequence[Line], judge: Judge) -> tuple[str, str]:
 def numbers(lines: Sequence[Line]) -> Iterator[tuple[str, str]]:
     """Yield what is not a rate."""
     answered = [x for x in lines if x["status"] == "ok"]
-    sizes = [
-        x["score"]["set_size"] for x in answered if x["case"]["kind"] == "single" and x["score"]["set_size"]
-    ]
+    # of laws, as in the rates: a fault is no law
+    one = (x for x in answered if x["case"]["kind"] == "single" and not get(x["case"]["laws"][0]).fault)
+    sizes = [x["score"]["set_size"] for x in one if x["score"]["set_size"]]
     yield "mean size of the confusion set, one law", f"{np.mean(sizes):.2f}" if sizes else "none"
     own = [
         found
