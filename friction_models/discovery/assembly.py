@@ -125,7 +125,8 @@ def assemble(
     may_hide = stands_out(found, judged.confirmed) is not None
     may_hide = may_hide or any(most >= usual_mu for _, most in hidden.values())
     warnings += [level.text(f"the {base.name} model")] if level.off else []
-    hides = floor["total"] if blurred(campaign, found, judged.confirmed) else None
+    # of a mu that is nothing everywhere there are no outliers
+    hides = floor["total"] if blurred(campaign, found, judged.confirmed) and np.any(campaign.mu) else None
     warnings += [*about_the_noise(campaign, hides), *about_the_fit(campaign, fitted)]
     questions = questions_of(judged, confusion, unread)
     gaps = open_gaps(campaign, fitted)

@@ -182,4 +182,4 @@ def drowned(confirmed: Confirmation) -> bool:
 def blurred(campaign: BinnedTests, found: SearchRound, confirmed: Confirmation) -> bool:
     """Return whether the noise hides everything: what unseen tests do not predict, or where none can be left out that of the search."""
     noise = found.floor.total if confirmed.shares is None else float(np.sqrt(confirmed.shares.best))
-    return noise > BLURRED * float(np.mean(campaign.mu))
+    return noise >= BLURRED * float(np.mean(campaign.mu))  # also where mu is nothing
