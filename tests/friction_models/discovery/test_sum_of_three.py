@@ -15,7 +15,7 @@ def falling_growing_wearing(seed: int) -> pd.DataFrame:
     frames = []
     for k, (a, b, c, e) in enumerate(qmc.LatinHypercube(4, seed=rng).random(60)):
         v, tool, p, psi = 5.0 * 100.0**a, 20.0 + 260.0 * b, 150.0 * 10.0**c, 1.0 + 14.0 * e
-        sd = np.linspace(0.0, 1.0, 36) ** 1.5 * 28.0
+        sd = np.linspace(0.0, 1.0, 24) ** 1.5 * 28.0
         pressure = p * (1.0 + 0.06 * sd / 28.0)
         T = tool + 0.012 * p * np.sqrt(v / 100.0) * np.sqrt(sd / 28.0) + rng.normal(0.0, 1.5)
         mu = 0.08 + 0.004 * T / 280.0 - 0.004 * pressure / 1500.0 + 0.003 * v / 500.0

@@ -51,6 +51,11 @@ def test_a_reading_as_large_as_the_data_need_names_the_offset() -> None:
     lead = {r["effect"]: r["evidence"] for r in found.ranking}
     assert lead[ZERO] > {r["effect"]: r["evidence"] for r in before.ranking}[ZERO] + 9.0
     assert not LAWS & {r["effect"] for r in found.ranking[1:] if r["evidence"] > lead[ZERO]}
+
+
+@pytest.mark.nightly
+def test_a_reading_of_another_offset_rules_out_the_one_that_the_data_need() -> None:
+    offset = needed(with_reading("force_zero", None))
     other = with_reading("force_zero", -offset)  # there is an offset, but not that one
     assert ZERO not in other.confusion_set
     assert any("ruled out; take the offset off" in w for w in other.warnings)
