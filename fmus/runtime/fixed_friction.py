@@ -13,7 +13,7 @@ from friction_models.common import InputError
 from friction_models.loads import LOAD_NAMES, MU, FloatArray, TriboLoads, require_loads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.domain import Domain
-from friction_models.models.intervals.prediction_interval import check_only_level
+from friction_models.models.intervals.prediction_interval import BOUNDS, as_columns, check_only_level
 
 from ..archive.made_here import runs_apart
 from ..interface.friction_source import FrictionSource, parse_source
@@ -80,7 +80,7 @@ class FmuModel:
         self.source = packed if names is None else None
         #: The trained domain that a model of ours in the FMU records; the physical limits without one.
         self.domain = Domain.physical() if packed is None else packed.box
-        self._bounds = [n for n in ("mu_low", "mu_high") if n in self._fmu.arrays]
+        self._bounds = [n for n in BOUNDS if n in self._fmu.arrays]
         if names is not None:
             self._values(np.empty((0, len(LOAD_NAMES))), None, {}, self._evaluation.outputs)
 
@@ -147,12 +147,10 @@ class FmuModel:
         InputError
             The FMU has no such outputs, or another level is asked for.
         """
-        import pandas as pd
-
         check_only_level(str(self.path), "an FMU packed", self.interval_level, level)
         loads = TriboLoads.from_frame(data, tests)
-        low, high = (pd.Series(self._read(loads, [n]), index=data.index, name=n) for n in self._bounds)
-        return low, high
+        low, high = (self._read(loads, [name]) for name in self._bounds)
+        return as_columns(low, high, data.index)
 
     def _read(self, loads: TriboLoads | npt.ArrayLike, outputs: list[str]) -> FloatArray:
         """Return one output of every contact point at loads, shape (n,)."""

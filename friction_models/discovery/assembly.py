@@ -116,9 +116,11 @@ def assemble(
     warnings += [*causes.warnings(), *uncertain_drivers(whole[0], fitted.terms)]
     unsure = sure <= EITHER < most and causes.factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
-    if verdict == "nothing_missing" and (untested := gaps_text(campaign)):
+    # between the levels, the model alone says what friction does
+    untested = gaps_between_tests(campaign) if verdict == "nothing_missing" else {}
+    if untested:
         warnings.append(
-            f"no test measured between the levels of the plan ({untested}): what friction does there, none of them says"
+            f"no test measured between the levels of the plan ({gaps_text(untested)}): what friction does there, none of them says"
         )
     usual_mu = float(np.mean(np.abs(campaign.mu)))
     warnings += could_hide(hidden, usual_mu)
@@ -129,9 +131,8 @@ def assemble(
     hides = floor["total"] if blurred(campaign, found, judged.confirmed) and np.any(campaign.mu) else None
     warnings += [*about_the_noise(campaign, hides), *about_the_fit(campaign, fitted)]
     questions = questions_of(judged, confusion, unread)
-    gaps = open_gaps(campaign, fitted)
-    if verdict == "nothing_missing":  # between the levels, the model alone says what friction does
-        gaps = [OpenGap("", gap, 0.0) for own in gaps_between_tests(campaign).values() for gap in own]
+    gaps = [OpenGap("", gap, 0.0) for own in untested.values() for gap in own]
+    gaps += open_gaps(campaign, fitted)
     proposals, inseparable = propose(campaign, questions, mu, base, answer_of(verdict, sure), gaps, unread)
     if named and (len(confusion) > 1 or not proposals):
         warnings += inseparable

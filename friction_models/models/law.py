@@ -18,7 +18,7 @@ from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..expressions.parameters import Arrays
 from ..loads import MU, FloatArray, TriboLoads, require_loads
 from .domain import Domain
-from .intervals.prediction_interval import PredictionInterval
+from .intervals.prediction_interval import PredictionInterval, as_columns, bounds
 from .measures import Measures
 from .model_card import UNTRAINED, ModelCard, Splits, Training, versions
 from .variables import StateVariable, SystemVariable
@@ -233,16 +233,13 @@ class FrictionLaw(RegressorMixin, BaseEstimator):
         if self.interval is None:
             raise InputError(f"the {self.name} model has no prediction interval; call calibrate first")
         margin = self.interval.margins(points.as_array(), self.domain, level)
-        return np.maximum(mu - margin, 0.0), mu + margin
+        return bounds(mu, margin)
 
     def predict_interval_frame(
         self, data: pd.DataFrame, tests: pd.DataFrame | None = None, level: float | None = None
     ) -> tuple[pd.Series[float], pd.Series[float]]:
         """Return the bounds of `predict_interval` for a table with the columns of the contract: its rows, its index."""
-        low, high = self.predict_interval(TriboLoads.from_frame(data, tests), level)
-        return pd.Series(low, index=data.index, name="mu_low"), pd.Series(
-            high, index=data.index, name="mu_high"
-        )
+        return as_columns(*self.predict_interval(TriboLoads.from_frame(data, tests), level), data.index)
 
     @property
     def card(self) -> ModelCard:

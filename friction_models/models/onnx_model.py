@@ -17,7 +17,7 @@ from ..expressions.parameters import first_line
 from ..loads import LOAD_NAMES, LOADS, MU, FloatArray, TriboLoads, require_loads
 from ..loads.time_steps import rests, time_steps
 from .domain import Domain
-from .intervals.prediction_interval import MARGIN, check_level, check_only_level
+from .intervals.prediction_interval import MARGIN, as_columns, bounds, check_level, check_only_level
 from .variables import as_numbers
 
 if TYPE_CHECKING:  # the trials of an FMU compare arrays with its model
@@ -119,7 +119,7 @@ class OnnxModel:
             The file holds no prediction interval, or shapes do not fit.
         """
         mu, margin = self._outputs(["mu", MARGIN], loads, state, system)
-        return np.maximum(mu - margin, 0.0), mu + margin
+        return bounds(mu, margin)
 
     @property
     def card(self) -> JsonObject:
@@ -202,14 +202,9 @@ class OnnxModel:
         InputError
             The file holds no prediction interval, or another level is asked for.
         """
-        import pandas as pd
-
         check_only_level(str(self.path), "an ONNX file", self.interval_level, level)
         mu, margin = self._along_tests(TriboLoads.from_frame(data, tests), [MU.name, MARGIN])
-        low, high = np.maximum(mu - margin, 0.0), mu + margin
-        return pd.Series(low, index=data.index, name="mu_low"), pd.Series(
-            high, index=data.index, name="mu_high"
-        )
+        return as_columns(*bounds(mu, margin), data.index)
 
     def _along_tests(self, loads: TriboLoads, outputs: list[str]) -> list[FloatArray]:
         """Return outputs along every test, each of shape (n,)."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..common import InputError
 from ..estimation.campaign.binning import prepare
-from ..estimation.campaign.gaps import gaps_text
+from ..estimation.campaign.gaps import gaps_between_tests, gaps_text
 from ..families.refinement_history import left_out_tests
 from ..loads import DataSet, FloatArray, TriboLoads
 from ..loads.dataset import TRAINING, roles_of
@@ -86,8 +86,8 @@ def add_interval(
 ) -> PredictionInterval:
     """Calibrate a model that was fitted to the training tests of `data`, and measure the coverage on the others.
 
-    Tests that `refine` left out as far off all others count for neither. Where no role is recorded, all tests are training tests. The model keeps the interval, whose `coverage` has an entry
-    for each role but ``train``.
+    Tests that `refine` left out as far off all others count for neither. Where no role is recorded, all tests are training tests.
+    The model keeps the interval, whose `coverage` has an entry for each role but ``train``.
 
     Raises InputError: as `FrictionModel.calibrate`.
     """
@@ -121,7 +121,7 @@ def not_measured(data: DataSet, checked: Collection[str] = ()) -> str:
     """
     chosen = data.select("train")
     try:
-        found = gaps_text(prepare(chosen.points, chosen.tests), checked)
+        found = gaps_text(gaps_between_tests(prepare(chosen.points, chosen.tests), checked))
     except InputError:  # what cannot be averaged can still be predicted
         return ""
     return (

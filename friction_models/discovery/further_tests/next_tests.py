@@ -93,10 +93,9 @@ def propose(
     others = [e for e in entries if e not in wanted][: SHOWN - len(wanted)]
     shown = [e for e in entries if e in wanted or e in others]
     # where nothing is missing, what the model alone says of a gap takes no place of a test that tells effects apart
-    left = [_form_in(gap, tests) for gap in largest.values() if not gap.effect]
-    shown += [e for e in left[:MOST_GAPS] if e["plan"] not in [s["plan"] for s in shown]][
-        : SHOWN - len(shown)
-    ]
+    known = [e["plan"] for e in shown]
+    by_model = [_form_in(gap, tests) for gap in largest.values() if not gap.effect][:MOST_GAPS]
+    shown = [*shown, *(e for e in by_model if e["plan"] not in known)][: max(SHOWN, len(shown))]
     if read_first:
         shown.sort(key=lambda e: e["protocol"] != READ)
     return shown, [remark for _, remarks in answers for remark in remarks]

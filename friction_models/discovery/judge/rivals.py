@@ -33,8 +33,6 @@ AS_LIKELY, AGREED = 0.5, 1.0
 BEHIND = 3.0
 #: By so many they do where the leads of single tests agree by as many: two views of the same data that can be wrong in other ways.
 BEHIND_IN_BOTH = 2.0
-
-
 #: A memory of loads that no test changes takes more than this share of the squared error on unseen tests, or is not named.
 UNSEEN_MEMORY = 0.05
 

@@ -6,6 +6,9 @@ from ...expressions.ops import LoadColumns, Ops, Value
 from ..base import Effect, EffectContext, Parameters
 from ..parameters import Amplitude, ShapeParameter
 
+#: From here on a film softens, or from the lowest temperature of the tests on where that is lower [degC].
+ROOM = 20.0
+
 
 class ThermalSoftening(Effect):
     """Extra friction of the cold film that fades with temperature, ``delta_T * exp(-((T - T_0)/T_s)^n)``.
@@ -49,12 +52,12 @@ class ThermalSoftening(Effect):
             "degC",
             "temperature from which on the film softens",
             -200.0,
-            20.0,
-            20.0,
+            ROOM,
+            ROOM,
             follows="T_cold",
             points=1,
             log=False,
-            earlier=20.0,
+            earlier=ROOM,
         ),
     )
 

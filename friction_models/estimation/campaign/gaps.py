@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,9 +76,9 @@ def gaps_between_tests(campaign: BinnedTests, without: Collection[str] = ()) -> 
     return {name: gaps for name in loads if (gaps := gaps_of(campaign, name))}
 
 
-def gaps_text(campaign: BinnedTests, without: Collection[str] = ()) -> str:
+def gaps_text(gaps_by_load: Mapping[str, Sequence[Gap]]) -> str:
     """Return these gaps for people; empty where there are none."""
     return "; ".join(
         f"{name} {' and '.join(f'{gap.low:.3g} to {gap.high:.3g}' for gap in gaps)}{behind(POINT_UNITS[name])}"
-        for name, gaps in gaps_between_tests(campaign, without).items()
+        for name, gaps in gaps_by_load.items()
     )

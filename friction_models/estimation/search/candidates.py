@@ -11,6 +11,7 @@ import numpy as np
 from ...common import InputError
 from ...effects.base import Effect, EffectContext
 from ...effects.empirical.curves import LEAST
+from ...effects.temperature.thermal_softening import ROOM
 from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ...loads.time_steps import rests, time_steps
@@ -20,8 +21,6 @@ from ..campaign.metadata import metadata_spans
 OPS = NumpyOps()
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
 THIN, OUTER = 0.01, 0.025
-#: Highest temperature from which on a lubricant film softens [degC]; that of the coldest point where it is colder.
-ROOM = 20.0
 
 
 @dataclass

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -30,8 +30,13 @@ from ..domain import Domain
 from .between_levels import Widening
 from .features import feature, feature_ranges
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 #: Output of the ONNX file: half the width of the interval before the cut at 0.
 MARGIN = "mu_margin"
+#: Outputs of an FMU, and columns of a table: the bounds of mu.
+BOUNDS = ("mu_low", "mu_high")
 #: Level of an interval unless another one is asked for, and the levels that make sense.
 LEVEL = 0.95
 LOWEST_LEVEL, HIGHEST_LEVEL = 0.5, 0.999
@@ -242,6 +247,30 @@ class PredictionInterval:
 def check_level(level: object) -> float:
     """Return a level as float; raise `InputError` outside 0.5 to 0.999."""
     return check_number("interval", "level", level, LOWEST_LEVEL, HIGHEST_LEVEL)
+
+
+def bounds(mu: FloatArray, margin: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the bounds of mu, each of shape (n,), from half the width of an interval; mu is never negative.
+
+    Examples
+    --------
+    >>> [edge.round(3).tolist() for edge in bounds(np.array([0.1, 0.01]), np.array([0.02, 0.02]))]
+    [[0.08, 0.0], [0.12, 0.03]]
+    """
+    return np.maximum(mu - margin, 0.0), mu + margin
+
+
+def as_columns(
+    low: FloatArray, high: FloatArray, index: pd.Index
+) -> tuple[pd.Series[float], pd.Series[float]]:
+    """Return bounds as the columns of a table with an `index`."""
+    # imported here: what runs FMUs loads no tables
+    import pandas as pd
+
+    lower, upper = (
+        pd.Series(edge, index=index, name=name) for edge, name in zip((low, high), BOUNDS, strict=True)
+    )
+    return lower, upper
 
 
 def check_only_level(where: str, kind: str, own: float | None, asked: float | None) -> None:

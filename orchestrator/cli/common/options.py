@@ -140,7 +140,7 @@ def _misspelt_roles(dataset: DataSet, where: object) -> list[str]:
 
     counts = roles_of(dataset.tests["role"]).value_counts(sort=False)
     return [
-        f"{where}: role {role!r} of {counted(int(tests), 'test')} is none of train, test; did you mean {meant!r}? Nothing is trained on these"
+        f"{where}: role {role!r} of {counted(int(tests), 'test')} is none of {', '.join(ROLES)}; did you mean {meant!r}? Nothing is trained on these"
         for role, tests in counts.items()
         if role not in ROLES and (meant := nearest(str(role), ROLES))
     ]
