@@ -267,6 +267,15 @@ class Effect:
         old = [context.state[name] for name, _ in self.states]
         return tuple(s + dt * d for s, d in zip(old, self.rate(x, L, p, context), strict=True))
 
+    def linear_step(
+        self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
+    ) -> tuple[tuple[Value, Value], ...] | None:
+        """Return ``(keep, gain)`` of every state that `advance` turns into ``keep * state + gain``, or None.
+
+        Only where neither depends on the states (`context` holds none): then all points are evaluated at once.
+        """
+        return None
+
     def state_variables(self, p: Mapping[str, float]) -> tuple[StateVariable, ...]:
         """Return the declared states with their start values for shape parameters `p`."""
         return tuple(

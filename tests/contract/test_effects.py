@@ -18,6 +18,7 @@ from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load
 from friction_models.common.imports import plugins
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
 from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search import memory
 from friction_models.estimation.search.candidates import evaluate_points, spans_of
 from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.families.composed import ComposedFriction
@@ -213,6 +214,34 @@ def test_state_advances_with_time_only(name: str) -> None:
     again = effect.advance(X, L, shape, Memory(memory.mu, dict(zip(states, half)), system), 0.005)
     whole = effect.advance(X, L, shape, memory, 0.01)
     assert all(np.allclose(a, b, rtol=1e-9) for a, b in zip(again, whole))
+
+
+@pytest.mark.parametrize("name", [n for n in STATEFUL if n != Polishing.name])
+def test_states_at_once_are_those_of_single_steps(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(8)
+    rows = []
+    for test, points in enumerate((7, 30, 1, 18)):
+        sd = np.cumsum(rng.uniform(0.1, 2.0, points))
+        v = rng.uniform(1.0, 300.0, points)
+        rest = np.where(np.arange(points) == 5, 40.0, 0.0)  # a stop between two strokes
+        rows.append(
+            pd.DataFrame(
+                {"test_id": f"t{test}", "t": np.cumsum(np.diff(sd, prepend=0.0) / v + rest), "v_rel": v}
+                | {"T": 80.0, "sigma_n": rng.uniform(300.0, 900.0, points), "sd": sd, "psi": 1.2, "mu": 0.08}
+            )
+        )
+    campaign, effect = prepare(pd.concat(rows, ignore_index=True)), make_effect(name)
+    shape = effect.start_shape()
+    if effect.states_need_shapes:
+        first = next(iter(shape))
+        shape[first] = shape[first] * np.array([[0.5, 1.0, 3.0]])
+    at_once = memory.integrate(effect, campaign, campaign.mu, shape)
+    monkeypatch.setattr(memory, "_at_once", lambda *_: None)
+    campaign.integrated.clear()
+    step_by_step = memory.integrate(effect, campaign, campaign.mu, shape)
+    for state, _ in effect.states:
+        assert np.ptp(step_by_step[state]) > 0.0
+        assert at_once[state] == pytest.approx(step_by_step[state], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)

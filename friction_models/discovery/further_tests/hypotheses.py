@@ -18,8 +18,9 @@ from ...effects.base import EffectContext
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.regular import regular_root
 from ...estimation.search.base_law import BaseLaw
-from ...estimation.search.candidates import OPS, integrate, load_columns
+from ...estimation.search.candidates import load_columns
 from ...estimation.search.form_error import FORM_ERROR
+from ...estimation.search.memory import OPS, integrate
 from ...estimation.search.rivalry import rivalry
 from ...estimation.search.scan import Fit, drops
 from ...estimation.search.search_round import SearchRound

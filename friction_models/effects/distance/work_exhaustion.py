@@ -66,3 +66,9 @@ class WorkExhaustion(Effect):
 
     def rate(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (J_PER_MM2 * context.mu * L.sigma_n * L.v_rel,)
+
+    def linear_step(
+        self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
+    ) -> tuple[tuple[Value, Value], ...]:
+        (power,) = self.rate(x, L, p, context)
+        return ((1.0, dt * power),)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,9 +13,10 @@ from ...effects.empirical.curves import LEAST
 from ...effects.temperature.thermal_softening import ROOM
 from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
-from ...loads.time_steps import rests, time_steps
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import metadata_spans
+from .checked_call import called
+from .memory import integrate
 
 OPS = NumpyOps()
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
@@ -178,7 +178,7 @@ def evaluate_points(
     if effect.states:
         state = integrate(effect, campaign, mu, shape)
     memory = EffectContext(mu=mu[:, None], state=state, system=system)
-    columns = _called(effect, "basis", len(effect.amplitudes), OPS, L, shape, memory)
+    columns = called(effect, "basis", len(effect.amplitudes), OPS, L, shape, memory)
     if not any(np.isfinite(c).any() for c in columns):
         raise InputError(
             f"effect {effect.name!r}: basis gives no finite number on these data; allowed: numbers"
@@ -197,67 +197,3 @@ def contribution(
     columns = evaluate_points(effect, campaign, mu, shape)
     parts = zip(amplitudes, columns, strict=True)
     return np.asarray(sum(a * np.broadcast_to(c, (len(mu), 1))[:, 0] for a, c in parts))
-
-
-def _called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
-    """Return the result of a method of an effect, checked: users write effects, too.
-
-    Raises InputError: the method raised, or gives anything else than `count` arrays of numbers.
-    """
-    where = f"effect {effect.name!r}: {part}"
-    try:
-        columns = tuple(np.asarray(c, dtype=np.float64) for c in getattr(effect, part)(*given))
-    except InputError:
-        raise
-    except Exception as error:
-        told = " ".join(str(error).split())[:200]
-        raise InputError(
-            f"{where} fails ({type(error).__name__}: {told}); allowed: {count} columns of numbers"
-        ) from error
-    if len(columns) != count:
-        raise InputError(f"{where} gives {len(columns)} columns; allowed: {count}")
-    return columns
-
-
-def integrate(
-    effect: Effect, campaign: BinnedTests, mu: FloatArray, shape: Mapping[str, FloatArray | float]
-) -> dict[str, FloatArray]:
-    """Advance the states of an effect through every test, all tests and parameter sets side by side.
-
-    Returns the states at every point, shape (n, g) each.
-    """
-    if not effect.states_need_shapes:
-        shape = {name: effect.start_shape()[name] for name in shape}
-        known = campaign.integrated.get(effect.name)
-        if known is not None and np.array_equal(known[0], mu):
-            return known[1]
-    loads = campaign.loads
-    n, tests = len(loads), len(campaign.tests)
-    lengths = np.diff(np.r_[campaign.point_starts, n])
-    sets = max((np.size(v) for v in shape.values()), default=1)
-    dt = time_steps(loads, campaign.point_starts)
-    pause = rests(loads, dt)
-    matrix, start = loads.as_array(), effect.start_state(shape)
-    current = [np.broadcast_to(np.asarray(s, dtype=float), (tests, sets)).copy() for s in start]
-    history = [np.empty((n, sets)) for _ in current]
-    for step in range(int(lengths.max())):
-        running = lengths > step
-        rows = campaign.point_starts[running] + step
-        L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
-        old = {name: c[running] for (name, _), c in zip(effect.states, current, strict=True)}
-        memory = EffectContext(
-            mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()}
-        )
-        if pause[rows].any():  # the contact stood still first, then slid up to here
-            still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
-            held = _called(effect, "advance", len(current), OPS, still, shape, memory, pause[rows, None])
-            old = {name: v for (name, _), v in zip(effect.states, held, strict=True)}
-            memory = EffectContext(mu=memory.mu, state=old, system=memory.system)
-        new = _called(effect, "advance", len(current), OPS, L, shape, memory, (dt - pause)[rows, None])
-        for k, value in enumerate(new):
-            current[k][running] = value
-            history[k][rows] = value
-    states = {name: h for (name, _), h in zip(effect.states, history, strict=True)}
-    if not effect.states_need_shapes:
-        campaign.integrated[effect.name] = (mu.copy(), states)
-    return states

@@ -24,7 +24,7 @@ from friction_models.discovery.further_tests.information import Outcomes
 from friction_models.discovery.further_tests.next_tests import plan_rows
 from friction_models.discovery.further_tests.protocols import possible_tests
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.search.candidates import integrate
+from friction_models.estimation.search.memory import integrate
 from friction_models.loads import TriboLoads
 from friction_models.loads.time_steps import rests, time_steps
 from friction_models.models.onnx_model import OnnxModel
