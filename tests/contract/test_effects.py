@@ -18,7 +18,7 @@ from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load
 from friction_models.common.imports import plugins
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.search import memory
+from friction_models.estimation.search import memory as states_of_effects
 from friction_models.estimation.search.candidates import evaluate_points, spans_of
 from friction_models.expressions.ops import LoadColumns, NumpyOps
 from friction_models.families.composed import ComposedFriction
@@ -235,10 +235,10 @@ def test_states_at_once_are_those_of_single_steps(name: str, monkeypatch: pytest
     if effect.states_need_shapes:
         first = next(iter(shape))
         shape[first] = shape[first] * np.array([[0.5, 1.0, 3.0]])
-    at_once = memory.integrate(effect, campaign, campaign.mu, shape)
-    monkeypatch.setattr(memory, "_at_once", lambda *_: None)
+    at_once = states_of_effects.integrate(effect, campaign, campaign.mu, shape)
+    monkeypatch.setattr(states_of_effects, "_at_once", lambda *_: None)
     campaign.integrated.clear()
-    step_by_step = memory.integrate(effect, campaign, campaign.mu, shape)
+    step_by_step = states_of_effects.integrate(effect, campaign, campaign.mu, shape)
     for state, _ in effect.states:
         assert np.ptp(step_by_step[state]) > 0.0
         assert at_once[state] == pytest.approx(step_by_step[state], rel=1e-12)
