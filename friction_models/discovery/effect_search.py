@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..effects.base import Effect
 from ..estimation.campaign.binning import BinnedTests
 from ..estimation.campaign.curves import spline_columns
 from ..estimation.noise.noise_floor import NoiseFloor
@@ -115,7 +116,7 @@ class EffectSearch:
         return search(self.campaign, self.base, columns, others, self.seed, self.found.floor)
 
     def _further(self, known: Sequence[Fit]) -> list[tuple[float, float, Fit]]:
-        """Return effects with another driver, judged with the first loads of the known ones freed as curves, the best first.
+        """Return effects with another driver, judged with the own loads of the known ones freed as curves, the best first.
 
         Before each stand its p-value and its share of the squared contribution of all. No offset of the force that is too large for
         one stands beside another name.
@@ -124,7 +125,7 @@ class EffectSearch:
         sensor = found.floor.sensor
         if not all(credible(campaign, sensor, f) for f in known):
             return []
-        first = tuple(dict.fromkeys(f.effect.driver[0] for f in known))
+        first = tuple(dict.fromkeys(load for f in known for load in _own_load(f.effect)))
         names = {f.name for f in known}
         others = [
             c for c in self.candidates if c.effect.driver[0] not in first and c.effect.name not in names
@@ -166,3 +167,11 @@ class EffectSearch:
                 large = [f for f in rest if f.gain < fit.gain or self._share(found, f) > LEAST_SHARE]
                 found.ranking = [fit, *large, *(f for f in rest if not any(f is x for x in large))]
                 return
+
+
+def _own_load(effect: Effect) -> tuple[str, ...]:
+    """Return the load along which an effect may have another form than its formula, and no further effect is sought.
+
+    A memory of several loads has none: it bends with what it remembers, in which all of them are summed up.
+    """
+    return () if effect.needs_state and len(effect.needed_loads) > 1 else effect.driver[:1]

@@ -44,6 +44,8 @@ ALONE = 3.0
 HARDLY_LEFT = 0.07
 #: Share of the squared error by which unseen tests must fall where what is added is not certain by them alone.
 CONFIRMED_SHARE = 0.15
+#: The same of what can be predicted beyond what is named, where that is certain.
+MUCH_OF_THE_REST = 0.5
 
 
 @dataclass(frozen=True)
@@ -252,8 +254,17 @@ class Names:
 
         Scatter between tests halves what squared errors of unseen tests can say: what is clear by 4 standard errors lowers them by 2.
         """
-        seen = any(f.name == fit.name for f in self.further(beside, CLEAR))
-        return seen and falls(self.unseen.errors(effects_of(beside)), after, 1.0)
+        if not any(f.name == fit.name for f in self.further(beside, CLEAR)):
+            return False
+        before = self.unseen.errors(effects_of(beside))
+        gain, certain = fall(before, after)
+        if certain <= 1.0:
+            return False
+        # the rest of the error may be noise, of which nothing takes a share
+        left = self.beside.shares(beside)
+        return gain > CONFIRMED_SHARE * before.rms**2 or (
+            left.believed and gain > MUCH_OF_THE_REST * left.missing
+        )
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""

@@ -68,12 +68,12 @@ class UnseenTestsJudge:
         plainest = self.rivals.plainest_first(kept)
         if plainest is not kept:
             kept, shares = plainest, self.beside.shares(plainest)
-        beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
+        beside = self._rivals(kept, shares)
         likelier = self.rivals.credible_first(kept, beside, alike)
         if likelier is not kept and helps(self.unseen.errors(), self.unseen.errors(effects_of(likelier))):
             kept, shares = likelier, self.beside.shares(likelier)
             verdict = "explained" if verdict == "data_problem" else verdict
-            beside = self.rivals.of(kept, shares.missing if shares.believed else 0.0)
+            beside = self._rivals(kept, shares)
         behind = self.rivals.behind(kept, alike)
         kept = self.rivals.largest_first(kept)
         rivals = told(kept, beside)
@@ -160,7 +160,7 @@ class UnseenTestsJudge:
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
-            if shares.left > NOT_THE_ANSWER and shares.believed:
+            if shares.believed and shares.left * self._along_loads(kept, shares) > NOT_THE_ANSWER:
                 return "unknown_structure"
             kinds = [f.effect.kind for f in kept]
             physical = any(kind != "fault" for kind in kinds)
@@ -174,6 +174,22 @@ class UnseenTestsJudge:
                 else "nothing_missing"
             )
         return verdict
+
+    def _rivals(self, kept: list[Fit], shares: ErrorShares) -> dict[str, list[str]]:
+        """Return what unseen tests cannot tell from each name."""
+        missing = shares.missing * self._along_loads(kept, shares) if shares.believed else 0.0
+        return self.rivals.of(kept, missing)
+
+    def _along_loads(self, kept: list[Fit], shares: ErrorShares) -> float:
+        """Return the share of what is left that lies along loads, where much is left.
+
+        A law of the order of the tests, or of their metadata, says nothing against names or for rivals of them.
+        """
+        if shares.left <= NOT_THE_ANSWER:
+            return 1.0
+        return 1.0 - sum(
+            p["share"] for p in self.beside.places(kept) if {*LOAD_NAMES}.isdisjoint(p["variables"])
+        )
 
     def _in_another_form(self, kept: list[Fit], shares: ErrorShares) -> bool:
         """Return whether one effect leaves most of what is left along its own load: what is there bends otherwise than it can.
