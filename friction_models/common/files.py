@@ -249,6 +249,8 @@ def read_json(path: Path, most: float = math.inf) -> dict[str, Any]:
         check_readable(path, most)
     try:
         content = json.loads(decoded(path.read_bytes()), parse_int=_integer)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; allowed: a JSON file") from None
     except (ValueError, OSError, RecursionError) as error:
         raise InputError(f"{path}: not readable JSON ({error})") from None
     if not isinstance(content, dict):

@@ -11,7 +11,7 @@ import typer
 
 from friction_models.common import InputError, nearest
 from friction_models.common.processes.child_processes import environment
-from friction_models.common.wording import counted
+from friction_models.common.wording import counted, first_names
 
 from .console import note
 from .files_named import Reads, Writes
@@ -127,7 +127,7 @@ def read_data(
 
         found = metadata_remarks(variables, dataset.tests, dataset.points["test_id"].unique())
         notes += [f"{data}: {remark}" for remark in dict.fromkeys(found)]
-    for text in (*notes, *_misspelt_roles(dataset, data), *dataset.notes):
+    for text in (*notes, *_misspelt_roles(dataset, data), *_not_measured(dataset, data), *dataset.notes):
         note(text)
     return dataset
 
@@ -144,6 +144,17 @@ def _misspelt_roles(dataset: DataSet, where: object) -> list[str]:
         for role, tests in counts.items()
         if role not in ROLES and (meant := nearest(str(role), ROLES))
     ]
+
+
+def _not_measured(dataset: DataSet, where: object) -> list[str]:
+    """Return a note about tests of the table that have no points."""
+    if dataset.tests is None:
+        return []
+    listed = dataset.tests["test_id"]
+    empty = listed[~listed.isin(dataset.points["test_id"])].astype(str).tolist()
+    if not empty:
+        return []
+    return [f"{where}: {counted(len(empty), 'test')} of the table without points ({first_names(empty)})"]
 
 
 def learning_part(dataset: DataSet, where: object) -> DataSet:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from benchmarks.discovery_campaigns import campaign
 from friction_models.discovery import Diagnosis, diagnose
 
 CATALOGUE = ("thermal_softening", "pressure_saturation", "force_zero", "stribeck")
@@ -70,3 +71,11 @@ def test_a_drift_too_large_for_a_sensor_does_not_lead_what_changed_in_the_order_
     found = diagnose(*_two_lots(0.12))
     assert found.effects == ["factor:lot"] and "sensor_drift" in found.confusion_set, found.sentence
     assert found.verdict == "ambiguous" and found.confidence <= 0.75
+
+
+def test_a_drift_too_large_for_a_sensor_takes_no_name_from_what_is_along_the_distance() -> None:
+    """It was most of what could be predicted beyond running-in: "unknown" at 0.98, "along order; sd"."""
+    data, tests, _ = campaign("running_in+sensor_drift", seed=11, strength=1.5, extra=0, thin=8)
+    found = diagnose(data, tests)
+    assert (found.verdict, found.effects) == ("partly_explained", ["running_in"]), found.sentence
+    assert found.where[0]["variables"] == ["order"]

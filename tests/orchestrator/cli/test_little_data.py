@@ -75,3 +75,12 @@ def test_roles_without_one_to_learn_from_are_named(command: list[str], told: Sai
     (tmp_path / "data/tests.csv").write_text("test_id,role\na,tset\nb,tset\n")
     code, _, err = told(*command, "--data", "data")
     assert code == 2 and "role 'tset' of 2 tests is none of train, test; did you mean 'test'?" in err
+    (tmp_path / "data/tests.csv").write_text("test_id,role\na,train\nb,test\nplanned,train\n")
+    _, _, err = told(*command, "--data", "data")
+    assert "1 test of the table without points (planned)" in err
+
+
+def test_an_earlier_answer_that_is_not_there_is_told(told: Said, tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(HEAD + "a,10,100,0.1\nb,20,100,0.1\n")
+    code, _, err = told("diagnose", "--data", "data.csv", "--model", "linear", "--after", "nope.json")
+    assert code == 2 and "nope.json: no such file" in err
