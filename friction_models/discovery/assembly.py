@@ -87,7 +87,9 @@ def assemble(
     # what loads and metadata say of unseen tests is no group that nobody recorded
     beyond = judged.confirmed.beyond
     unknown = left if beyond is None else left - beyond
-    causes = OtherCauses.of(campaign, found, chosen if named else [], fitted, unknown)
+    causes = OtherCauses.of(
+        campaign, found, chosen if named else [], fitted, unknown, judged.confirmed.sharper
+    )
     unread = _beside_unread_zero(campaign, judged)
     nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
     hidden = unseen_sizes(found) if nothing else {}

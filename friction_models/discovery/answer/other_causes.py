@@ -36,15 +36,19 @@ class OtherCauses:
         chosen: Sequence[Fit],
         fitted: FittedTerms,
         unknown: FloatArray,
+        sharper: bool,
     ) -> OtherCauses:
-        """Look for them; `unknown`, shape (m,), is what neither names nor anything else that was recorded predicts."""
+        """Look for them; `unknown`, shape (m,), is what neither names nor anything else that was recorded predicts.
+
+        The only name may be `sharper` than any plain bend along its load.
+        """
         return cls(
             unrecorded_factor(campaign, unknown),
             alike_in_order(campaign, unknown),
             resting_on_one(campaign, found, chosen),
             jumps_in_order(campaign, fitted),
             jumps_instead(campaign, found, fitted),
-            draws_another_law(campaign, fitted),
+            not sharper and draws_another_law(campaign, fitted),
         )
 
     @property

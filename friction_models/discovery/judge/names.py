@@ -16,7 +16,8 @@ from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED
 from .error_budget import fall, helps
 from .rivals import APART, Further
-from .unseen_tests import ErrorsByTest, StraightFits, UnseenTests
+from .straight_fits import StraightFits
+from .unseen_tests import ErrorsByTest, UnseenTests
 from .verdict import LEVEL
 
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.

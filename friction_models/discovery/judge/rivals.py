@@ -20,7 +20,7 @@ from ...estimation.search.unseen_loads import AS_GOOD, constant
 from ...estimation.search.zero_reading import credible
 from .error_budget import fall
 from .identifiability import one_cause
-from .unseen_tests import StraightFits
+from .straight_fits import StraightFits
 
 #: An effect must beat what could stand in its place by so many standard errors on unseen tests.
 APART = 1.7

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,6 @@ from ...estimation.fit.joint_problem import solve_jointly
 from ...estimation.fit.parameters import FittedTerms, fit_terms
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import contribution
-from ...estimation.search.scan import Fit, best_fit
-from ...estimation.search.search_round import SearchRound
 from ...families.composed import ComposedFriction
 from ...loads import FloatArray, TriboLoads
 from ...loads.splits import Mask
@@ -251,44 +249,3 @@ def _part(campaign: BinnedTests, law: BaseLaw, rows: Mask) -> tuple[BinnedTests,
     return campaign.part(rows), BaseLaw(
         law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model
     )
-
-
-@dataclass(frozen=True)
-class StraightFits:
-    """Base and effects with the shapes of the scan: only their amplitudes are fitted, which is quick enough to try many."""
-
-    campaign: BinnedTests
-    unseen: UnseenTests  #: Gives the folds.
-    found: SearchRound  #: Gives the base in the bins.
-    _kept: dict[tuple[tuple[str, int], ...], ErrorsByTest] = field(default_factory=dict, repr=False)
-
-    def errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
-        """Return the errors on unseen tests with amplitudes of the other tests; once for each list of effects."""
-        key = tuple((f.name, f.index) for f in fits)
-        if key not in self._kept:
-            fold = self.unseen.fold_of_test[self.campaign.test]
-            residual = np.empty(len(self.found.y))
-            for k in np.unique(fold):
-                residual[fold == k] = self.residual(fits, fold != k)[fold == k]
-            self._kept[key] = errors_of_tests(self.campaign, residual)
-        return self._kept[key]
-
-    def errors_of_form(self, fit: Fit, beside: Sequence[Fit] = ()) -> ErrorsByTest:
-        """Return the errors of an effect whose shape, too, the other tests choose, `beside` others with the shapes of the search.
-
-        The search saw all tests.
-        """
-        fold, residual = self.unseen.fold_of_test[self.campaign.test], np.empty(len(self.found.y))
-        for k in np.unique(fold):
-            seen = fold != k
-            columns = fit.prepared.columns[seen]
-            gram = np.einsum("mga,mgb->gab", columns, columns)
-            others = best_fit(replace(fit.prepared, columns=columns, gram=gram), self.found.residual[seen])
-            residual[~seen] = self.residual([*beside, replace(fit, index=others.index)], seen)[~seen]
-        return errors_of_tests(self.campaign, residual)
-
-    def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
-        """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
-        y, columns = self.found.y, self.found.columns_with(fits)
-        root = np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
-        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])

@@ -15,12 +15,13 @@ from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
-from .error_budget import BELIEVED, ErrorShares, helps
+from .error_budget import BELIEVED, ErrorShares, fall, helps
 from .identifiability import RESOLUTION
-from .names import CLEAR, Names, falls
+from .names import CERTAIN, CLEAR, Names, falls
 from .rivals import Further, Rivals, told
+from .straight_fits import StraightFits
 from .two_loads import TwoLoads
-from .unseen_tests import StraightFits, UnseenTests
+from .unseen_tests import UnseenTests
 from .verdict import BENT_MEMORY
 
 #: More than this share of what is left lies along the load of the only name: its form is another one.
@@ -85,10 +86,13 @@ class UnseenTestsJudge:
         elif verdict == "ambiguous" and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
         if verdict in NAMED and (cancelling := self._cancelling(kept, sure=verdict != "ambiguous")):
-            kept = [f for f in kept if f.name not in cancelling]
-            rivals = told(kept, beside)
-            shares = self.beside.shares(kept, alone)
-            verdict = "ambiguous" if rivals else "partly_explained"
+            others = [f for f in kept if f.name not in cancelling]
+            beside_others = self.beside.shares(others, alone)
+            # a law that turns is still the best there is where nothing but its name predicts anything
+            if len(kept) > 1 or beside_others.missing > 0.0:
+                kept, shares = others, beside_others
+                rivals = told(kept, beside)
+                verdict = "ambiguous" if rivals else "partly_explained"
             if not kept:
                 verdict = "unknown_structure" if shares.missing > 0.0 else "nothing_missing"
         shares, repeats = self._beside_repeats(kept, shares)
@@ -109,6 +113,7 @@ class UnseenTestsJudge:
             tuple(behind),
             self.two_loads.as_good(kept),
             repeats,
+            sharper=len(kept) == 1 and self._sharper(kept[0], []),
         )
 
     def _doubted(
@@ -224,8 +229,20 @@ class UnseenTestsJudge:
         }
         unknown = {t.name for t in fitted.terms if not t.sized} & sharing
         base = fitted.base(self.campaign)
-        imitating = {t.name for t in fitted.terms if imitates(self.campaign, t.effect, base, t.binned, sure)}
+        imitating = {
+            f.name
+            for f, term in zip(kept, fitted.terms, strict=True)
+            if imitates(self.campaign, f.effect, base, term.binned, sure)
+            and not self._sharper(f, [g for g in kept if g is not f])
+        }
         return imitating | (unknown if len(unknown) > 1 else set())
+
+    def _sharper(self, fit: Fit, beside: Sequence[Fit]) -> bool:
+        """Return whether unseen tests prefer an effect of one load to a plain bend along it: a turn of mu is then of its form."""
+        if len(fit.effect.driver) > 1 or fit.effect.needs_state or fit.effect.driver[0] not in LOAD_NAMES:
+            return False
+        bend = self.straight.errors_of_bend(fit.effect.driver[0], beside)
+        return fall(bend, self.straight.errors_of_form(fit, beside))[1] > CERTAIN
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""

@@ -1,0 +1,74 @@
+"""Fits of amplitudes alone, with the shapes of the search: quick enough to try many sets of effects on unseen tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.curves import transformed
+from ...estimation.search.scan import Fit, best_fit
+from ...estimation.search.search_round import SearchRound
+from ...loads import FloatArray
+from ...loads.splits import Mask
+from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
+
+
+@dataclass(frozen=True)
+class StraightFits:
+    """Base and effects with the shapes of the scan: only their amplitudes are fitted, which is quick enough to try many."""
+
+    campaign: BinnedTests
+    unseen: UnseenTests  #: Gives the folds.
+    found: SearchRound  #: Gives the base in the bins.
+    _kept: dict[tuple[tuple[str, int], ...], ErrorsByTest] = field(default_factory=dict, repr=False)
+
+    def errors(self, fits: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors on unseen tests with amplitudes of the other tests; once for each list of effects."""
+        key = tuple((f.name, f.index) for f in fits)
+        if key not in self._kept:
+            fold = self.unseen.fold_of_test[self.campaign.test]
+            residual = np.empty(len(self.found.y))
+            for k in np.unique(fold):
+                residual[fold == k] = self.residual(fits, fold != k)[fold == k]
+            self._kept[key] = errors_of_tests(self.campaign, residual)
+        return self._kept[key]
+
+    def errors_of_form(self, fit: Fit, beside: Sequence[Fit] = ()) -> ErrorsByTest:
+        """Return the errors of an effect whose shape, too, the other tests choose, `beside` others with the shapes of the search.
+
+        The search saw all tests.
+        """
+        fold, residual = self.unseen.fold_of_test[self.campaign.test], np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            seen = fold != k
+            columns = fit.prepared.columns[seen]
+            gram = np.einsum("mga,mgb->gab", columns, columns)
+            others = best_fit(replace(fit.prepared, columns=columns, gram=gram), self.found.residual[seen])
+            residual[~seen] = self.residual([*beside, replace(fit, index=others.index)], seen)[~seen]
+        return errors_of_tests(self.campaign, residual)
+
+    def errors_of_bend(self, load: str, beside: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors of a parabola along a load, or along the scale of its curves where that is better, `beside` effects."""
+        campaign, fold = self.campaign, self.unseen.fold_of_test[self.campaign.test]
+        tried = []
+        for z in (campaign.average(getattr(campaign.loads, load)), transformed(campaign, load)):
+            z = (z - z.mean()) / max(float(z.std()), 1e-300)
+            columns, residual = (
+                np.column_stack([self.found.columns_with(beside), z, z**2]),
+                np.empty(len(self.found.y)),
+            )
+            for k in np.unique(fold):
+                residual[fold == k] = self._left(columns, fold != k)[fold == k]
+            tried.append(errors_of_tests(campaign, residual))
+        return min(tried, key=lambda errors: errors.rms)
+
+    def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
+        """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""
+        return self._left(self.found.columns_with(fits), seen)
+
+    def _left(self, columns: FloatArray, seen: Mask | None) -> FloatArray:
+        y, root = self.found.y, np.sqrt(self.campaign.count) * (1.0 if seen is None else seen)
+        return np.asarray(y - columns @ np.linalg.lstsq(root[:, None] * columns, root * y, rcond=1e-9)[0])
