@@ -45,8 +45,8 @@ ALONE = 3.0
 HARDLY_LEFT = 0.07
 #: Share of the squared error by which unseen tests must fall where what is added is not certain by them alone.
 CONFIRMED_SHARE = 0.15
-#: The same of what can be predicted beyond what is named, where that is certain.
-MUCH_OF_THE_REST = 0.5
+#: The same for one that the scan sees for certain beside others; or its share of what can be predicted beyond them, where that is certain.
+CLEAR_SHARE, MUCH_OF_THE_REST = 0.1, 0.5
 
 
 @dataclass(frozen=True)
@@ -263,7 +263,7 @@ class Names:
             return False
         # the rest of the error may be noise, of which nothing takes a share
         left = self.beside.shares(beside)
-        return gain > CONFIRMED_SHARE * before.rms**2 or (
+        return gain > CLEAR_SHARE * before.rms**2 or (
             left.believed and gain > MUCH_OF_THE_REST * left.missing
         )
 
