@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchmarks.discovery.generator import campaign as made_campaign
+from benchmarks.discovery_campaigns import campaign
 from friction_models.discovery import diagnose
 
 
@@ -87,3 +89,20 @@ def test_a_hump_in_temperature_is_no_breakdown_beside_a_falling_line() -> None:
     data["mu"] += 0.03 * np.exp(-(((data["T"] - 130.0) / 35.0) ** 2))
     found = diagnose(data)
     assert found.verdict == "unknown_structure" and "along T" in found.sentence, found.sentence
+
+
+@pytest.mark.parametrize("seed", [17, pytest.param(11, marks=pytest.mark.nightly)])
+def test_a_sharp_rise_beside_a_falling_line_keeps_its_name(seed: int) -> None:
+    """Friction falls with temperature, then the film fails: mu turns, but no plain bend does what the failure does (unknown, 0.94)."""
+    data, tests, _ = campaign("thermal_breakdown", seed=seed, strength=1.5, extra=0, thin=8)
+    found = diagnose(data, tests)
+    assert (found.verdict, found.effects) == ("explained", ["thermal_breakdown"]), found.sentence
+    assert any("and the model beside it falls: together mu is" in warning for warning in found.warnings)
+
+
+def test_a_fall_beside_a_rising_line_is_not_nothing() -> None:
+    """A plain bend does as well, and nothing else predicts anything: it was "nothing missing", 0.85, at p = 0.004."""
+    made = made_campaign(51100, ("stribeck",), "plain", 0.6, "second")
+    trained = made.points["test_id"].isin(made.tests.loc[made.tests["role"] == "train", "test_id"])
+    found = diagnose(made.points[trained], made.tests, seed=51100)
+    assert found.effects == ["stribeck"] and found.confidence <= 0.5, found.sentence
