@@ -48,9 +48,11 @@ $(WRITING): $(STAMP)
 	$(PIP) -e '.[solvers,reports,cross,train-networks,docs]'
 	touch $@
 
-# All at once: what the others need is part of it.
+# All at once: what the others need is part of it. Every package is known (constraints.txt), so two processes put them in place; what
+# this machine has no wheel of is left to pip, which knows what is needed.
 $(TESTING): pyproject.toml constraints.txt
 	$(PY) -m venv $(VENV)
+	xargs -P 2 -n 26 $(PIP) --no-deps < constraints.txt || echo "packages one after the other"
 	$(PIP) -e '.[solvers,reports,cross,train-networks,daq,dev,docs,interop,cluster,app]'
 	# Only to compare our reader of catman files with; what it depends on stays away.
 	$(PIP) --no-deps --target build/apread apread==1.1.3 || echo "apread is not to be had: one test skips"
