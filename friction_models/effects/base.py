@@ -269,12 +269,12 @@ class Effect:
 
     def linear_step(
         self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
-    ) -> tuple[tuple[Value, Value], ...] | None:
-        """Return ``(keep, gain)`` of every state that `advance` turns into ``keep * state + gain``, or None.
+    ) -> tuple[Value, ...]:
+        """Return ``keep, gain`` of each state in turn, which `advance` turns into ``keep * state + gain``; nothing where it does not.
 
-        Only where neither depends on the states (`context` holds none): then all points are evaluated at once.
+        Neither may depend on the states (`context` holds none): all points are evaluated at once.
         """
-        return None
+        return ()
 
     def state_variables(self, p: Mapping[str, float]) -> tuple[StateVariable, ...]:
         """Return the declared states with their start values for shape parameters `p`."""

@@ -90,14 +90,14 @@ class RateState(Effect):
     def advance(
         self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
     ) -> tuple[Value, ...]:
-        ((keep, gain),) = self.linear_step(x, L, p, context, dt)
+        keep, gain = self.linear_step(x, L, p, context, dt)
         return (context.state["age"] * keep + gain,)
 
     def linear_step(
         self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
-    ) -> tuple[tuple[Value, Value], ...]:
+    ) -> tuple[Value, ...]:
         # exact for constant speed; (1 - exp(-a))/a is replaced by its limit where the contact rests
         a = L.v_rel * dt / p["D_c"]
         safe = x.maximum(a, 1e-6)
         growth = x.where(a > 1e-6, (1.0 - x.exp(-safe)) / safe, 1.0 - 0.5 * a)
-        return ((x.exp(-a), dt * growth),)
+        return (x.exp(-a), dt * growth)

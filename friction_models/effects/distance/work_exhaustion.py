@@ -69,6 +69,6 @@ class WorkExhaustion(Effect):
 
     def linear_step(
         self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
-    ) -> tuple[tuple[Value, Value], ...]:
+    ) -> tuple[Value, ...]:
         (power,) = self.rate(x, L, p, context)
-        return ((1.0, dt * power),)
+        return (1.0, dt * power)

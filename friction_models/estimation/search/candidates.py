@@ -11,14 +11,13 @@ from ...common import InputError
 from ...effects.base import Effect, EffectContext
 from ...effects.empirical.curves import LEAST
 from ...effects.temperature.thermal_softening import ROOM
-from ...expressions.ops import LoadColumns, NumpyOps
+from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import metadata_spans
 from .checked_call import called
-from .memory import integrate
+from .memory import OPS, integrate
 
-OPS = NumpyOps()
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
 THIN, OUTER = 0.01, 0.025
 

@@ -58,29 +58,35 @@ def _at_once(
 
     What a step keeps and adds is known for all points before the first one is made.
     """
+    if type(effect).linear_step is Effect.linear_step:
+        return None
     columns = LoadColumns(*(c[:, None] for c in campaign.loads.as_array().T))
     memory = EffectContext(mu=mu[:, None], system=campaign.system)
-    sliding = effect.linear_step(OPS, columns, shape, memory, (dt - pause)[:, None])
-    if sliding is None:
-        return None
+
+    def step(L: LoadColumns, seconds: FloatArray) -> tuple[FloatArray, ...]:
+        return called(effect, "linear_step", 2 * len(start), OPS, L, shape, memory, seconds[:, None])
+
+    sliding = step(columns, dt - pause)
     # the contact stood still first, then slid up to the point
     still = LoadColumns(0.0 * columns.v_rel, columns.T, columns.sigma_n, columns.sd, columns.psi)
-    resting = effect.linear_step(OPS, still, shape, memory, pause[:, None]) if pause.any() else None
+    resting = step(still, pause) if pause.any() else None
     # point by point of all tests, the longest tests first: those that still run are the first of the step before
-    step = np.arange(len(mu)) - campaign.point_starts[campaign.point_test]
+    number = np.arange(len(mu)) - campaign.point_starts[campaign.point_test]
     by_length = np.argsort(-np.bincount(campaign.point_test), kind="stable")
-    order = np.lexsort((np.argsort(by_length)[campaign.point_test], step))
-    ends = np.cumsum(np.bincount(step))
+    order = np.lexsort((np.argsort(by_length)[campaign.point_test], number))
+    ends = np.cumsum(np.bincount(number))
     history = []
-    for k, (keep, gain) in enumerate(sliding):
+    for k, begin in enumerate(start):
+        keep, gain = sliding[2 * k : 2 * k + 2]
         if resting is not None:
-            keep, gain = keep * resting[k][0], keep * resting[k][1] + gain
-        shape_of_all = len(mu), start[k].shape[1]
-        kept, gained = (np.broadcast_to(part, shape_of_all)[order] for part in (keep, gain))
-        states, now = np.empty(shape_of_all), start[k][by_length]
+            kept_at_rest, gained_at_rest = resting[2 * k : 2 * k + 2]
+            keep, gain = keep * kept_at_rest, keep * gained_at_rest + gain
+        size = len(mu), begin.shape[1]
+        kept, gained = (np.broadcast_to(part, size)[order] for part in (keep, gain))
+        states, now = np.empty(size), begin[by_length]
         for first, end in pairwise([0, *ends]):
             now = np.add(kept[first:end] * now[: end - first], gained[first:end], out=states[first:end])
-        at_points = np.empty(shape_of_all)
+        at_points = np.empty(size)
         at_points[order] = states
         history.append(at_points)
     return history
