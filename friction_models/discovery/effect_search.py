@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..effects.base import Effect
 from ..estimation.campaign.binning import BinnedTests
 from ..estimation.campaign.curves import spline_columns
 from ..estimation.noise.noise_floor import NoiseFloor
@@ -18,7 +17,7 @@ from ..estimation.search.scan import Fit
 from ..estimation.search.search_round import SearchRound, search
 from ..estimation.search.significance import stays_first
 from ..estimation.search.structure import Misfit, find_structure, own_misfit
-from ..estimation.search.unseen_loads import AS_GOOD, constant
+from ..estimation.search.unseen_loads import AS_GOOD, constant, own_load
 from ..estimation.search.zero_reading import credible, judge_zero
 from .judge.names import MOST_NAMED
 from .judge.verdict import LEVEL, SECOND_LEVEL, Evidence
@@ -116,7 +115,7 @@ class EffectSearch:
         return search(self.campaign, self.base, columns, others, self.seed, self.found.floor)
 
     def _further(self, known: Sequence[Fit]) -> list[tuple[float, float, Fit]]:
-        """Return effects with another driver, judged with the own loads of the known ones freed as curves, the best first.
+        """Return effects of other loads, judged with the own loads of the known ones freed as curves, the best first.
 
         Before each stand its p-value and its share of the squared contribution of all. No offset of the force that is too large for
         one stands beside another name.
@@ -125,14 +124,14 @@ class EffectSearch:
         sensor = found.floor.sensor
         if not all(credible(campaign, sensor, f) for f in known):
             return []
-        first = tuple(dict.fromkeys(load for f in known for load in _own_load(f.effect)))
+        own = tuple(dict.fromkeys(load for f in known for load in own_load(f.effect)))
         names = {f.name for f in known}
         others = [
-            c for c in self.candidates if c.effect.driver[0] not in first and c.effect.name not in names
+            c for c in self.candidates if {*own}.isdisjoint(own_load(c.effect)) and c.effect.name not in names
         ]
         if not others:
             return []
-        freed = np.column_stack([*(f.columns for f in known), spline_columns(campaign, first, FREED)])
+        freed = np.column_stack([*(f.columns for f in known), spline_columns(campaign, own, FREED)])
         apart = metadata_that_sets_tests_apart(campaign, base, others)
         again = search(campaign, base, freed, others, self.seed, found.floor, also_in_mean=apart)
         # the gain counts what varies within tests many times over: the sizes are compared in mu
@@ -142,9 +141,9 @@ class EffectSearch:
             # curves along its loads show as much, or a load that it needs stays the same: the plan does not excite what it is about
             if more.name in again.by_parts or constant(more.effect, campaign):
                 continue
-            own = weighted_rms(again.change(more), campaign.count) ** 2
+            part = weighted_rms(again.change(more), campaign.count) ** 2
             if self._share(again, more) > LEAST_SHARE and credible(campaign, sensor, more):
-                kept.append((again.p_value(more), own / (size + own), more))
+                kept.append((again.p_value(more), part / (size + part), more))
         return kept
 
     def _share(self, found: SearchRound, fit: Fit) -> float:
@@ -167,11 +166,3 @@ class EffectSearch:
                 large = [f for f in rest if f.gain < fit.gain or self._share(found, f) > LEAST_SHARE]
                 found.ranking = [fit, *large, *(f for f in rest if not any(f is x for x in large))]
                 return
-
-
-def _own_load(effect: Effect) -> tuple[str, ...]:
-    """Return the load along which an effect may have another form than its formula, and no further effect is sought.
-
-    A memory of several loads has none: it bends with what it remembers, in which all of them are summed up.
-    """
-    return () if effect.needs_state and len(effect.needed_loads) > 1 else effect.driver[:1]

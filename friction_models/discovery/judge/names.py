@@ -11,7 +11,7 @@ import numpy as np
 from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.unseen_loads import AS_GOOD
+from ...estimation.search.unseen_loads import AS_GOOD, own_load
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED
 from .error_budget import fall, helps
@@ -98,8 +98,9 @@ class Names:
         """
         leads: dict[str, Fit] = {}
         for fit in self.found.ranking[: 2 * RIVALS]:
-            if fit.effect.kind != "fault" and not fit.effect.needs_state:
-                leads.setdefault(fit.effect.driver[0], fit)
+            load = own_load(fit.effect)
+            if fit.effect.kind != "fault" and not (load and fit.effect.needs_state):
+                leads.setdefault(load[0] if load else fit.name, fit)
         sums: dict[frozenset[str], list[Fit]] = {}
         for lead in [*leads.values()][:LEADS]:
             fits = self._sum(lead)
@@ -134,7 +135,7 @@ class Names:
         """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""
         fits = [lead]
         while len(fits) < MOST_NAMED:
-            loads = {d for f in fits for d in f.effect.driver}
+            loads = {d for f in fits if own_load(f.effect) for d in f.effect.driver}
             other = [
                 f
                 for f in self.further(fits)

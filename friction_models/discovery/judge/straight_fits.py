@@ -15,6 +15,9 @@ from ...loads import FloatArray
 from ...loads.splits import Mask
 from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
 
+#: Places and widths of humps along a load, in standard deviations.
+PLACES, WIDTHS = (-1.2, -0.6, 0.0, 0.6, 1.2), (0.4, 0.8, 1.6)
+
 
 @dataclass(frozen=True)
 class StraightFits:
@@ -50,20 +53,28 @@ class StraightFits:
             residual[~seen] = self.residual([*beside, replace(fit, index=others.index)], seen)[~seen]
         return errors_of_tests(self.campaign, residual)
 
-    def errors_of_bend(self, load: str, beside: Sequence[Fit]) -> ErrorsByTest:
-        """Return the errors of a parabola along a load, or along the scale of its curves where that is better, `beside` effects."""
+    def errors_of_bends(self, load: str, beside: Sequence[Fit]) -> tuple[ErrorsByTest, ErrorsByTest]:
+        """Return the errors of a parabola along a load, and of any plain bend that the other tests choose, humps among them.
+
+        Each along the load itself and along the scale of its curves, `beside` effects.
+        """
         campaign, fold = self.campaign, self.unseen.fold_of_test[self.campaign.test]
-        tried = []
+        parabolas, humps = [], []
         for z in (campaign.average(getattr(campaign.loads, load)), transformed(campaign, load)):
             z = (z - z.mean()) / max(float(z.std()), 1e-300)
-            columns, residual = (
-                np.column_stack([self.found.columns_with(beside), z, z**2]),
-                np.empty(len(self.found.y)),
-            )
-            for k in np.unique(fold):
-                residual[fold == k] = self._left(columns, fold != k)[fold == k]
-            tried.append(errors_of_tests(campaign, residual))
-        return min(tried, key=lambda errors: errors.rms)
+            base = np.column_stack([self.found.columns_with(beside), z])
+            parabolas.append(np.column_stack([base, z**2]))
+            places = ((z - place) / width for place in PLACES for width in WIDTHS)
+            humps += [np.column_stack([base, np.exp(-(x**2))]) for x in places]
+        bends = [*parabolas, *humps]
+        residuals, chosen = np.empty((len(bends), len(self.found.y))), np.empty(len(self.found.y))
+        for k in np.unique(fold):
+            seen = fold != k
+            left = np.array([self._left(columns, seen) for columns in bends])
+            residuals[:, ~seen] = left[:, ~seen]
+            chosen[~seen] = left[np.argmin(left[:, seen] ** 2 @ campaign.count[seen])][~seen]
+        parabola = min((errors_of_tests(campaign, r) for r in residuals[:2]), key=lambda errors: errors.rms)
+        return parabola, errors_of_tests(campaign, chosen)
 
     def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
         """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""

@@ -18,7 +18,7 @@ from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares, fall, helps
 from .identifiability import RESOLUTION
 from .names import CERTAIN, CLEAR, Names, falls
-from .rivals import Further, Rivals, told
+from .rivals import APART, Further, Rivals, told
 from .straight_fits import StraightFits
 from .two_loads import TwoLoads
 from .unseen_tests import UnseenTests
@@ -113,7 +113,7 @@ class UnseenTestsJudge:
             tuple(behind),
             self.two_loads.as_good(kept),
             repeats,
-            sharper=len(kept) == 1 and self._sharper(kept[0], []),
+            sharper=self._sharper(kept),
         )
 
     def _doubted(
@@ -233,16 +233,29 @@ class UnseenTestsJudge:
             f.name
             for f, term in zip(kept, fitted.terms, strict=True)
             if imitates(self.campaign, f.effect, base, term.binned, sure)
-            and not self._sharper(f, [g for g in kept if g is not f])
+            and self._is_a_bend(f, [g for g in kept if g is not f])
         }
         return imitating | (unknown if len(unknown) > 1 else set())
 
-    def _sharper(self, fit: Fit, beside: Sequence[Fit]) -> bool:
-        """Return whether unseen tests prefer an effect of one load to a plain bend along it: a turn of mu is then of its form."""
-        if len(fit.effect.driver) > 1 or fit.effect.needs_state or fit.effect.driver[0] not in LOAD_NAMES:
+    def _against_bends(self, fit: Fit, beside: Sequence[Fit]) -> tuple[float, float]:
+        """Return by how many standard errors unseen tests prefer an effect to a parabola along its load, and to any plain bend."""
+        form = self.straight.errors_of_form(fit, beside)
+        parabola, bend = (
+            fall(errors, form)[1] for errors in self.straight.errors_of_bends(fit.effect.driver[0], beside)
+        )
+        return parabola, bend
+
+    def _is_a_bend(self, fit: Fit, beside: Sequence[Fit]) -> bool:
+        """Return whether unseen tests prefer a plain bend to an effect that turns mu: another law, which the effect only imitates."""
+        parabola, bend = self._against_bends(fit, beside)
+        return parabola < 0.0 or bend < -APART
+
+    def _sharper(self, kept: Sequence[Fit]) -> bool:
+        """Return whether unseen tests prefer the only name, of one load, to all plain bends: where mu turns, its form turns it."""
+        if len(kept) != 1 or len(kept[0].effect.driver) > 1 or kept[0].effect.driver[0] not in LOAD_NAMES:
             return False
-        bend = self.straight.errors_of_bend(fit.effect.driver[0], beside)
-        return fall(bend, self.straight.errors_of_form(fit, beside))[1] > CERTAIN
+        parabola, bend = self._against_bends(kept[0], [])
+        return parabola > CERTAIN and bend > 0.0
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""

@@ -31,6 +31,14 @@ SPEED_FACTOR = 2.0
 WITHIN = 1e-3
 
 
+def own_load(effect: Effect) -> tuple[str, ...]:
+    """Return the load along which an effect may have another form than its formula, so that no further effect of it is sought.
+
+    A memory of several loads has none: it bends with what it remembers, in which all of them are summed up.
+    """
+    return () if effect.needs_state and len(effect.needed_loads) > 1 else effect.driver[:1]
+
+
 def driven_by_load(effect: Effect) -> bool:
     """Return whether a load drives an effect, and not the test table alone."""
     return bool(set(effect.driver) & set(LOAD_NAMES))
