@@ -9,7 +9,7 @@ computes numbers and draws the ONNX graph.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -260,21 +260,24 @@ class Effect:
         """Return the time derivative of every state [1/s times its unit]."""
         return ()
 
-    def advance(
-        self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
-    ) -> tuple[Value, ...]:
-        """Return the states after `dt` seconds under constant loads; forward Euler unless a subclass is exact."""
-        old = [context.state[name] for name, _ in self.states]
-        return tuple(s + dt * d for s, d in zip(old, self.rate(x, L, p, context), strict=True))
-
     def linear_step(
         self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
     ) -> tuple[Value, ...]:
-        """Return ``keep, gain`` of each state in turn, which `advance` turns into ``keep * state + gain``; nothing where it does not.
+        """Return ``keep, gain`` of each state in turn, where a step of `dt` seconds makes ``keep * state + gain`` of it.
 
-        Neither may depend on the states (`context` holds none): all points are evaluated at once.
+        Neither may depend on the states (`context` holds none), so fits evaluate all points at once. Written instead of `advance`.
         """
         return ()
+
+    def advance(
+        self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
+    ) -> tuple[Value, ...]:
+        """Return the states after `dt` seconds under constant loads: by `linear_step`, else forward Euler unless a subclass is exact."""
+        old = [context.state[name] for name, _ in self.states]
+        if type(self).linear_step is not Effect.linear_step:
+            step = self.linear_step(x, L, p, replace(context, state={}), dt)
+            return tuple(s * keep + gain for s, keep, gain in zip(old, step[::2], step[1::2], strict=True))
+        return tuple(s + dt * d for s, d in zip(old, self.rate(x, L, p, context), strict=True))
 
     def state_variables(self, p: Mapping[str, float]) -> tuple[StateVariable, ...]:
         """Return the declared states with their start values for shape parameters `p`."""

@@ -52,9 +52,11 @@ def declaration_fault(effect: type[Effect]) -> str | None:
         return f"states = {effect.states!r:.60}; allowed: pairs of name and unit"
     if effect.basis is Effect.basis:
         return "basis is not written; allowed: a method that returns one column an amplitude"
-    moves = effect.rate is not Effect.rate or effect.advance is not Effect.advance
-    if effect.states and not moves:
-        return "states without rate or advance; allowed: one of them"
+    stepped, linear = effect.advance is not Effect.advance, effect.linear_step is not Effect.linear_step
+    if effect.states and not (stepped or linear or effect.rate is not Effect.rate):
+        return "states without rate, linear_step or advance; allowed: one of them"
+    if stepped and linear:
+        return "advance and linear_step both written; allowed: one of them, the other would be another step"
     return None
 
 

@@ -71,8 +71,11 @@ def order_of_tests(
     fall = None if twice.any() else _falls(way[by_time][disordered], of[disordered])
     if twice.any() or fall is not None:
         at = int(np.argmax(back)) + 1
-        why = f"{float(times[int(np.argmax(twice))])!r} s stands there twice"
-        if fall is not None:
+        if fall is None:
+            first = int(np.argmax(twice))
+            at = int(np.argmax(back & (names[rows][1:] == of[first]))) + 1
+            why = f"{float(times[first])!r} s stands there twice"
+        else:
             row = by_time[disordered][fall]
             why = f"in the order of 't' the distance falls to {float(way[row])!r} mm in row {shown[row]}"
         raise InputError(

@@ -15,6 +15,7 @@ from sklearn.base import clone
 from benchmarks.discovery_campaigns import campaign
 from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load_model
+from friction_models.common import InputError
 from friction_models.common.imports import plugins
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
 from friction_models.estimation.campaign.binning import prepare
@@ -242,6 +243,61 @@ def test_states_at_once_are_those_of_single_steps(name: str, monkeypatch: pytest
     for state, _ in effect.states:
         assert np.ptp(step_by_step[state]) > 0.0
         assert at_once[state] == pytest.approx(step_by_step[state], rel=1e-12)
+
+
+class Faded(Effect):
+    """A memory of the speed whose step is linear in it, written as `linear_step` alone."""
+
+    name, title, equation, latex = "faded", "memory of the speed", "mu += k z", "k z"
+    citation, where_it_shows, driver = "a user's own", "after steps of the speed", ("v_rel",)
+    amplitudes = (Amplitude("k", "1", "strength", 0, 0.02),)
+    shapes = (Shape("D", "mm", "distance of memory", 0.1, 100.0, 5.0),)
+    states = (("z", "1"),)
+
+    def basis(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory) -> tuple[Any, ...]:
+        return (memory.state["z"],)
+
+    def rate(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory) -> tuple[Any, ...]:
+        return ((L.v_rel / 100.0 - memory.state["z"]) * L.v_rel / p["D"],)
+
+    def linear_step(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
+        keep = x.exp(-L.v_rel * dt / p["D"])
+        return (keep, (1.0 - keep) * L.v_rel / 100.0)
+
+
+class TooShort(Faded):
+    def linear_step(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
+        keep, gain = super().linear_step(x, L, p, memory, dt)
+        return (keep[:3, 0], gain)
+
+
+class Twice(Faded):
+    def advance(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
+        return (memory.state["z"],)
+
+
+def test_a_step_is_the_same_in_a_fit_and_in_a_prediction(
+    noise_free: tuple[pd.DataFrame, pd.DataFrame],
+) -> None:
+    """Written once, as `linear_step`: a fit would use another step than a prediction if `advance` stayed that of Euler."""
+    data, _ = noise_free
+    truth = data.assign(mu=0.08)
+    made = prepare(truth)
+    z = states_of_effects.integrate(Faded(), made, made.mu, Faded().start_shape())["z"][:, 0]
+    model = ComposedFriction(LinearFriction(), [Faded(D=5.0)])
+    model.fit_frame(truth.assign(mu=0.08 + 0.02 * z / max(z.max(), 1e-9)))
+    predicted = model.predict(TriboLoads.from_frame(truth))
+    assert predicted == pytest.approx(0.08 + 0.02 * z / z.max(), abs=1e-9)
+
+
+def test_steps_that_contradict_or_have_no_shape_are_refused(
+    noise_free: tuple[pd.DataFrame, pd.DataFrame],
+) -> None:
+    with pytest.raises(InputError, match="advance and linear_step both written; allowed: one of them"):
+        make_effect(Twice())
+    made = prepare(noise_free[0])
+    with pytest.raises(InputError, match=r"linear_step gives the shape \(3,\); allowed: "):
+        states_of_effects.integrate(TooShort(), made, made.mu, TooShort().start_shape())
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -87,12 +87,6 @@ class RateState(Effect):
     def rate(self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext) -> tuple[Value, ...]:
         return (1.0 - L.v_rel * context.state["age"] / p["D_c"],)
 
-    def advance(
-        self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
-    ) -> tuple[Value, ...]:
-        keep, gain = self.linear_step(x, L, p, context, dt)
-        return (context.state["age"] * keep + gain,)
-
     def linear_step(
         self, x: Ops, L: LoadColumns, p: Parameters, context: EffectContext, dt: Value
     ) -> tuple[Value, ...]:

@@ -29,3 +29,13 @@ def called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArr
     if len(columns) != count:
         raise InputError(f"{where} gives {len(columns)} columns; allowed: {count}")
     return columns
+
+
+def shaped(effect: Effect, part: str, values: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """Return what a method of an effect gives, broadcast to `size`. Raises InputError: it has another shape."""
+    try:
+        return np.broadcast_to(values, size)
+    except ValueError:
+        raise InputError(
+            f"effect {effect.name!r}: {part} gives the shape {values.shape}; allowed: {size}, or one that broadcasts to it"
+        ) from None

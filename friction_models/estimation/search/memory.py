@@ -12,7 +12,7 @@ from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import FloatArray
 from ...loads.time_steps import rests, time_steps
 from ..campaign.binning import BinnedTests
-from .checked_call import called
+from .checked_call import called, shaped
 
 OPS = NumpyOps()
 
@@ -30,10 +30,8 @@ def integrate(
         if known is not None and np.array_equal(known[0], mu):
             return known[1]
     sets = max((np.size(v) for v in shape.values()), default=1)
-    start = [
-        np.broadcast_to(np.asarray(s, dtype=float), (len(campaign.tests), sets))
-        for s in effect.start_state(shape)
-    ]
+    begin = called(effect, "start_state", len(effect.states), shape)
+    start = [shaped(effect, "start_state", s, (len(campaign.tests), sets)) for s in begin]
     dt = time_steps(campaign.loads, campaign.point_starts)
     pause = rests(campaign.loads, dt)
     history = _at_once(effect, campaign, mu, shape, start, dt, pause)
@@ -82,7 +80,7 @@ def _at_once(
             kept_at_rest, gained_at_rest = resting[2 * k : 2 * k + 2]
             keep, gain = keep * kept_at_rest, keep * gained_at_rest + gain
         size = len(mu), begin.shape[1]
-        kept, gained = (np.broadcast_to(part, size)[order] for part in (keep, gain))
+        kept, gained = (shaped(effect, "linear_step", part, size)[order] for part in (keep, gain))
         states, now = np.empty(size), begin[by_length]
         for first, end in pairwise([0, *ends]):
             now = np.add(kept[first:end] * now[: end - first], gained[first:end], out=states[first:end])
@@ -121,6 +119,7 @@ def _step_by_step(
             memory = EffectContext(mu=memory.mu, state=old, system=memory.system)
         new = called(effect, "advance", len(current), OPS, L, shape, memory, (dt - pause)[rows, None])
         for k, value in enumerate(new):
+            value = shaped(effect, "advance", value, (len(rows), current[k].shape[1]))
             current[k][running] = value
             history[k][rows] = value
     return history

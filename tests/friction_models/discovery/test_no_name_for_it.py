@@ -84,11 +84,14 @@ def test_a_flat_start_and_a_rise_with_speed_is_no_stribeck_effect() -> None:
     assert found.verdict == "unknown_structure" and "along v_rel" in found.sentence, found.sentence
 
 
-def test_a_hump_in_temperature_is_no_breakdown_beside_a_falling_line() -> None:
+@pytest.mark.parametrize("width", [35.0, pytest.param(25.0, marks=pytest.mark.nightly)])
+def test_a_hump_in_temperature_is_no_sure_breakdown_beside_a_falling_line(width: float) -> None:
+    """A failure beside a falling line does nearly as well: a name is 0.5 sure at most, and says where mu turns."""
     data = at_random_loads(2, points=30)
-    data["mu"] += 0.03 * np.exp(-(((data["T"] - 130.0) / 35.0) ** 2))
+    data["mu"] += 0.03 * np.exp(-(((data["T"] - 130.0) / width) ** 2))
     found = diagnose(data)
-    assert found.verdict == "unknown_structure" and "along T" in found.sentence, found.sentence
+    assert not found.effects or found.confidence <= 0.5, found.sentence
+    assert "along T" in found.sentence or any("together mu is highest" in w for w in found.warnings)
 
 
 @pytest.mark.parametrize("seed", [17, pytest.param(11, marks=pytest.mark.nightly)])
