@@ -11,7 +11,7 @@ import numpy as np
 from ...estimation.search.importance import LEAST_SHARE
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.unseen_loads import AS_GOOD, own_load
+from ...estimation.search.unseen_loads import AS_GOOD, driven_by_load, own_load
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED
 from .error_budget import fall, helps
@@ -45,7 +45,7 @@ ALONE = 3.0
 HARDLY_LEFT = 0.07
 #: Share of the squared error by which unseen tests must fall where what is added is not certain by them alone.
 CONFIRMED_SHARE = 0.15
-#: The same for one that the scan sees for certain beside others; or its share of what can be predicted beyond them, where that is certain.
+#: The same for one of loads that the scan sees for certain beside others; or its share of what can be predicted beyond them, where that is certain.
 CLEAR_SHARE, MUCH_OF_THE_REST = 0.1, 0.5
 
 
@@ -262,11 +262,14 @@ class Names:
         gain, certain = fall(before, after)
         if certain <= 1.0:
             return False
-        # the rest of the error may be noise, of which nothing takes a share
+        if gain > CONFIRMED_SHARE * before.rms**2:
+            return True
+        # the rest of the error may be noise, of which no load takes a share; of many columns of a table, one takes some by chance
         left = self.beside.shares(beside)
-        return gain > CLEAR_SHARE * before.rms**2 or (
+        most = gain > CLEAR_SHARE * before.rms**2 or (
             left.believed and gain > MUCH_OF_THE_REST * left.missing
         )
+        return most and driven_by_load(fit.effect)
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
