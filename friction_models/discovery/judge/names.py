@@ -45,8 +45,9 @@ ALONE = 3.0
 HARDLY_LEFT = 0.07
 #: Share of the squared error by which unseen tests must fall where what is added is not certain by them alone.
 CONFIRMED_SHARE = 0.15
-#: The same for one of loads that the scan sees for certain beside others; or its share of what can be predicted beyond them, where that is certain.
-CLEAR_SHARE, MUCH_OF_THE_REST = 0.1, 0.5
+#: The same for one of loads that the scan sees for certain beside others, or its share of what can be predicted beyond them, where that
+#: is certain; standard errors by which the error must then fall.
+CLEAR_SHARE, MUCH_OF_THE_REST, CLEARLY = 0.1, 0.5, 1.2
 
 
 @dataclass(frozen=True)
@@ -269,7 +270,7 @@ class Names:
         most = gain > CLEAR_SHARE * before.rms**2 or (
             left.believed and gain > MUCH_OF_THE_REST * left.missing
         )
-        return most and driven_by_load(fit.effect)
+        return most and certain > CLEARLY and driven_by_load(fit.effect)
 
     def _exchanged(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects with the first one exchanged for a rival that is clearly better beside the others."""
