@@ -53,6 +53,10 @@ class LoadColumns:
         """Return the loads as a model sees them that was not given those in `absent`: a constant in their place."""
         return replace(self, **{n: x.constant(STAND_IN[n], getattr(self, n)) for n in absent})
 
+    def at_rest(self) -> LoadColumns:
+        """Return the same loads of a contact that stands still."""
+        return replace(self, v_rel=0.0 * self.v_rel)
+
     def columns(self) -> list[Value]:
         """Return the five columns in the order of the contract."""
         return [self.v_rel, self.T, self.sigma_n, self.sd, self.psi]

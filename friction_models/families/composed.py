@@ -237,8 +237,7 @@ class ComposedFriction(FrictionModel):
             held = [s[running] for s in S]
             if step:
                 if pause[rows].any():  # the contact stood still first, then slid up to here
-                    still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
-                    held = after(still.without(x, self.domain.absent), held, inside, pause[rows])
+                    held = after(L.at_rest().without(x, self.domain.absent), held, inside, pause[rows])
                 held = after(L, held, inside, (dt - pause)[rows])
                 for s, new in zip(S, held, strict=True):
                     s[running] = new

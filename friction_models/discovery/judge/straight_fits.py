@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -32,11 +32,7 @@ class StraightFits:
         """Return the errors on unseen tests with amplitudes of the other tests; once for each list of effects."""
         key = tuple((f.name, f.index) for f in fits)
         if key not in self._kept:
-            fold = self.unseen.fold_of_test[self.campaign.test]
-            residual = np.empty(len(self.found.y))
-            for k in np.unique(fold):
-                residual[fold == k] = self.residual(fits, fold != k)[fold == k]
-            self._kept[key] = errors_of_tests(self.campaign, residual)
+            self._kept[key] = self._errors(self._of_unseen(lambda seen: self.residual(fits, seen)))
         return self._kept[key]
 
     def errors_of_form(self, fit: Fit, beside: Sequence[Fit] = ()) -> ErrorsByTest:
@@ -44,21 +40,21 @@ class StraightFits:
 
         The search saw all tests.
         """
-        fold, residual = self.unseen.fold_of_test[self.campaign.test], np.empty(len(self.found.y))
-        for k in np.unique(fold):
-            seen = fold != k
+
+        def left(seen: Mask) -> FloatArray:
             columns = fit.prepared.columns[seen]
             gram = np.einsum("mga,mgb->gab", columns, columns)
             others = best_fit(replace(fit.prepared, columns=columns, gram=gram), self.found.residual[seen])
-            residual[~seen] = self.residual([*beside, replace(fit, index=others.index)], seen)[~seen]
-        return errors_of_tests(self.campaign, residual)
+            return self.residual([*beside, replace(fit, index=others.index)], seen)
+
+        return self._errors(self._of_unseen(left))
 
     def errors_of_bends(self, load: str, beside: Sequence[Fit]) -> tuple[ErrorsByTest, ErrorsByTest]:
         """Return the errors of a parabola along a load, and of any plain bend that the other tests choose, humps among them.
 
         Each along the load itself and along the scale of its curves, `beside` effects.
         """
-        campaign, fold = self.campaign, self.unseen.fold_of_test[self.campaign.test]
+        campaign = self.campaign
         parabolas, humps = [], []
         for z in (campaign.average(getattr(campaign.loads, load)), transformed(campaign, load)):
             z = (z - z.mean()) / max(float(z.std()), 1e-300)
@@ -66,15 +62,22 @@ class StraightFits:
             parabolas.append(np.column_stack([base, z**2]))
             places = ((z - place) / width for place in PLACES for width in WIDTHS)
             humps += [np.column_stack([base, np.exp(-(x**2))]) for x in places]
-        bends = [*parabolas, *humps]
-        residuals, chosen = np.empty((len(bends), len(self.found.y))), np.empty(len(self.found.y))
-        for k in np.unique(fold):
-            seen = fold != k
-            left = np.array([self._left(columns, seen) for columns in bends])
-            residuals[:, ~seen] = left[:, ~seen]
-            chosen[~seen] = left[np.argmin(left[:, seen] ** 2 @ campaign.count[seen])][~seen]
-        parabola = min((errors_of_tests(campaign, r) for r in residuals[:2]), key=lambda errors: errors.rms)
-        return parabola, errors_of_tests(campaign, chosen)
+
+        def left(seen: Mask) -> FloatArray:
+            bends = np.array([self._left(columns, seen) for columns in (*parabolas, *humps)])
+            chosen = bends[np.argmin(bends[:, seen] ** 2 @ campaign.count[seen])]
+            return np.stack([*bends[: len(parabolas)], chosen])
+
+        *of_parabolas, bend = map(self._errors, self._of_unseen(left))
+        return min(of_parabolas, key=lambda errors: errors.rms), bend
+
+    def _of_unseen(self, left: Callable[[Mask], FloatArray]) -> FloatArray:
+        """Return what fits leave in the bins of tests that they did not see, shape (..., m); `left` takes the bins that are seen."""
+        fold = self.unseen.fold_of_test[self.campaign.test]
+        return np.sum([np.where(fold == k, left(fold != k), 0.0) for k in np.unique(fold)], axis=0)
+
+    def _errors(self, residual: FloatArray) -> ErrorsByTest:
+        return errors_of_tests(self.campaign, residual)
 
     def residual(self, fits: Sequence[Fit], seen: Mask | None = None) -> FloatArray:
         """Return what base and effects leave in the bins, shape (m,), fitted to those seen or to all."""

@@ -15,7 +15,7 @@ from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import metadata_spans
-from .checked_call import called
+from .checked_call import called, shaped
 from .memory import OPS, integrate
 
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
@@ -37,7 +37,7 @@ class Candidate:
 
 def load_columns(loads: TriboLoads) -> LoadColumns:
     """Return the loads as columns for a formula."""
-    return LoadColumns(*(c[:, None] for c in loads.as_array().T))
+    return LoadColumns.from_matrix(OPS, loads.as_array())
 
 
 def tested_ranges(loads: TriboLoads) -> dict[str, tuple[float, ...]]:
@@ -158,12 +158,7 @@ def bin_means(
     if not effect.states:
         mu, campaign = mu[campaign.samples], campaign.sampled
     columns = evaluate_points(effect, campaign, mu, shape)
-    try:
-        full = [np.ascontiguousarray(np.broadcast_to(c, (len(mu), sets))) for c in columns]
-    except ValueError:
-        raise InputError(
-            f"effect {effect.name!r}: basis gives shapes {[c.shape for c in columns]}; allowed: ({len(mu)}, {sets}) each"
-        ) from None
+    full = (np.ascontiguousarray(shaped(effect, "basis", c, (len(mu), sets))) for c in columns)
     return np.stack([campaign.average(c) for c in full], axis=2)
 
 

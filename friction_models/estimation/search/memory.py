@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from ...effects.base import Effect, EffectContext
 from ...expressions.ops import LoadColumns, NumpyOps
@@ -33,93 +35,85 @@ def integrate(
     begin = called(effect, "start_state", len(effect.states), shape)
     start = [shaped(effect, "start_state", s, (len(campaign.tests), sets)) for s in begin]
     dt = time_steps(campaign.loads, campaign.point_starts)
-    pause = rests(campaign.loads, dt)
-    history = _at_once(effect, campaign, mu, shape, start, dt, pause)
-    if history is None:
-        history = _step_by_step(effect, campaign, mu, shape, start, dt, pause)
+    march = _March(effect, campaign, mu, shape, start, dt, rests(campaign.loads, dt))
+    linear = type(effect).linear_step is not Effect.linear_step
+    history = march.at_once() if linear else march.step_by_step()
     states = {name: h for (name, _), h in zip(effect.states, history, strict=True)}
     if not effect.states_need_shapes:
         campaign.integrated[effect.name] = (mu.copy(), states)
     return states
 
 
-def _at_once(
-    effect: Effect,
-    campaign: BinnedTests,
-    mu: FloatArray,
-    shape: Mapping[str, FloatArray | float],
-    start: Sequence[FloatArray],
-    dt: FloatArray,
-    pause: FloatArray,
-) -> list[FloatArray] | None:
-    """Return the states at every point where the steps of an effect are linear in them, else None.
+@dataclass(frozen=True)
+class _March:
+    """The states of one effect on their way through all tests; both ways give the same states at every point, shape (n, g) each."""
 
-    What a step keeps and adds is known for all points before the first one is made.
-    """
-    if type(effect).linear_step is Effect.linear_step:
-        return None
-    columns = LoadColumns(*(c[:, None] for c in campaign.loads.as_array().T))
-    memory = EffectContext(mu=mu[:, None], system=campaign.system)
+    effect: Effect
+    campaign: BinnedTests
+    mu: FloatArray
+    shape: Mapping[str, FloatArray | float]
+    start: Sequence[FloatArray]  #: Of each state, shape (tests, g).
+    dt: FloatArray  #: Since the point before, shape (n,).
+    pause: FloatArray  #: Part of it in which the contact stood still first, then slid up to the point.
 
-    def step(L: LoadColumns, seconds: FloatArray) -> tuple[FloatArray, ...]:
-        return called(effect, "linear_step", 2 * len(start), OPS, L, shape, memory, seconds[:, None])
+    def at_once(self) -> list[FloatArray]:
+        """Advance states whose steps are linear in them: what a step keeps and adds is known for all points before the first one is made."""
+        point_test, starts = self.campaign.point_test, self.campaign.point_starts
+        loads = LoadColumns.from_matrix(OPS, self.campaign.loads.as_array())
+        memory = EffectContext(mu=self.mu[:, None], system=self.campaign.system)
 
-    sliding = step(columns, dt - pause)
-    # the contact stood still first, then slid up to the point
-    still = LoadColumns(0.0 * columns.v_rel, columns.T, columns.sigma_n, columns.sd, columns.psi)
-    resting = step(still, pause) if pause.any() else None
-    # point by point of all tests, the longest tests first: those that still run are the first of the step before
-    number = np.arange(len(mu)) - campaign.point_starts[campaign.point_test]
-    by_length = np.argsort(-np.bincount(campaign.point_test), kind="stable")
-    order = np.lexsort((np.argsort(by_length)[campaign.point_test], number))
-    ends = np.cumsum(np.bincount(number))
-    history = []
-    for k, begin in enumerate(start):
-        keep, gain = sliding[2 * k : 2 * k + 2]
-        if resting is not None:
-            kept_at_rest, gained_at_rest = resting[2 * k : 2 * k + 2]
-            keep, gain = keep * kept_at_rest, keep * gained_at_rest + gain
-        size = len(mu), begin.shape[1]
-        kept, gained = (shaped(effect, "linear_step", part, size)[order] for part in (keep, gain))
-        states, now = np.empty(size), begin[by_length]
-        for first, end in pairwise([0, *ends]):
-            now = np.add(kept[first:end] * now[: end - first], gained[first:end], out=states[first:end])
-        at_points = np.empty(size)
-        at_points[order] = states
-        history.append(at_points)
-    return history
+        def step(L: LoadColumns, seconds: FloatArray) -> tuple[FloatArray, ...]:
+            count = 2 * len(self.start)
+            return called(self.effect, "linear_step", count, OPS, L, self.shape, memory, seconds[:, None])
 
+        sliding = step(loads, self.dt - self.pause)
+        resting = step(loads.at_rest(), self.pause) if self.pause.any() else None
+        # point by point of all tests, the longest tests first: those that still run are the first of the step before
+        number = np.arange(len(self.mu)) - starts[point_test]
+        by_length = np.argsort(-np.bincount(point_test), kind="stable")
+        order = np.lexsort((np.argsort(by_length)[point_test], number))
+        ends = np.cumsum(np.bincount(number))
+        history = []
+        for k, begin in enumerate(self.start):
+            keep, gain = sliding[2 * k : 2 * k + 2]
+            if resting is not None:
+                kept_at_rest, gained_at_rest = resting[2 * k : 2 * k + 2]
+                keep, gain = keep * kept_at_rest, keep * gained_at_rest + gain
+            size = len(self.mu), begin.shape[1]
+            kept, gained = (shaped(self.effect, "linear_step", part, size)[order] for part in (keep, gain))
+            states, now = np.empty(size), begin[by_length]
+            for first, end in pairwise([0, *ends]):
+                now = np.add(kept[first:end] * now[: end - first], gained[first:end], out=states[first:end])
+            at_points = np.empty(size)
+            at_points[order] = states
+            history.append(at_points)
+        return history
 
-def _step_by_step(
-    effect: Effect,
-    campaign: BinnedTests,
-    mu: FloatArray,
-    shape: Mapping[str, FloatArray | float],
-    start: Sequence[FloatArray],
-    dt: FloatArray,
-    pause: FloatArray,
-) -> list[FloatArray]:
-    """Return the states at every point, all tests one step further at a time."""
-    n = len(campaign.loads)
-    lengths = np.diff(np.r_[campaign.point_starts, n])
-    matrix, current = campaign.loads.as_array(), [s.copy() for s in start]
-    history = [np.empty((n, s.shape[1])) for s in start]
-    for step in range(int(lengths.max())):
-        running = lengths > step
-        rows = campaign.point_starts[running] + step
-        L = LoadColumns(*(matrix[rows, j : j + 1] for j in range(matrix.shape[1])))
-        old = {name: c[running] for (name, _), c in zip(effect.states, current, strict=True)}
-        memory = EffectContext(
-            mu=mu[rows, None], state=old, system={k: v[rows] for k, v in campaign.system.items()}
-        )
-        if pause[rows].any():  # the contact stood still first, then slid up to here
-            still = LoadColumns(0.0 * L.v_rel, L.T, L.sigma_n, L.sd, L.psi)
-            held = called(effect, "advance", len(current), OPS, still, shape, memory, pause[rows, None])
-            old = {name: v for (name, _), v in zip(effect.states, held, strict=True)}
-            memory = EffectContext(mu=memory.mu, state=old, system=memory.system)
-        new = called(effect, "advance", len(current), OPS, L, shape, memory, (dt - pause)[rows, None])
-        for k, value in enumerate(new):
-            value = shaped(effect, "advance", value, (len(rows), current[k].shape[1]))
-            current[k][running] = value
-            history[k][rows] = value
-    return history
+    def step_by_step(self) -> list[FloatArray]:
+        """Advance any states, all tests one step further at a time."""
+        campaign, pause = self.campaign, self.pause
+        n = len(campaign.loads)
+        lengths = np.diff(np.r_[campaign.point_starts, n])
+        matrix, current = campaign.loads.as_array(), [s.copy() for s in self.start]
+        history = [np.empty((n, s.shape[1])) for s in self.start]
+        for step in range(int(lengths.max())):
+            running = lengths > step
+            rows = campaign.point_starts[running] + step
+            L = LoadColumns.from_matrix(OPS, matrix[rows])
+            held: Sequence[FloatArray] = [c[running] for c in current]
+            if pause[rows].any():
+                held = self._advanced(held, rows, L.at_rest(), pause)
+            for k, value in enumerate(self._advanced(held, rows, L, self.dt - pause)):
+                value = shaped(self.effect, "advance", value, (len(rows), current[k].shape[1]))
+                current[k][running] = value
+                history[k][rows] = value
+        return history
+
+    def _advanced(
+        self, held: Sequence[FloatArray], rows: npt.NDArray[np.intp], L: LoadColumns, seconds: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Return the states held at some points after these seconds, shape (rows, g) each."""
+        state = {name: value for (name, _), value in zip(self.effect.states, held, strict=True)}
+        system = {name: values[rows] for name, values in self.campaign.system.items()}
+        memory = EffectContext(mu=self.mu[rows, None], state=state, system=system)
+        return called(self.effect, "advance", len(held), OPS, L, self.shape, memory, seconds[rows, None])
