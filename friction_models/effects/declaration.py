@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..loads import LOAD_NAMES
 from .base import Effect
 from .parameters import Amplitude, ShapeParameter
 
@@ -50,6 +51,9 @@ def declaration_fault(effect: type[Effect]) -> str | None:
         return f"parameter {twice!r} stands twice; allowed: once"
     if any(len(s) != 2 or not all(isinstance(part, str) for part in s) for s in effect.states):
         return f"states = {effect.states!r:.60}; allowed: pairs of name and unit"
+    taken = next((name for name, _ in effect.states if name in (*LOAD_NAMES, "mu")), None)
+    if taken is not None:
+        return f"state {taken!r}; allowed: a name that neither a load nor mu has"
     if effect.basis is Effect.basis:
         return "basis is not written; allowed: a method that returns one column an amplitude"
     stepped, linear = effect.advance is not Effect.advance, effect.linear_step is not Effect.linear_step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,6 +18,7 @@ from fmus import pack, read_friction_fmu
 from friction_models import LinearFriction, OnnxModel, TriboLoads, effects, load_model
 from friction_models.common import InputError
 from friction_models.common.imports import plugins
+from friction_models.discovery import diagnose
 from friction_models.effects import CATALOGUE, Amplitude, Effect, Memory, Shape, make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search import memory as states_of_effects
@@ -272,6 +274,21 @@ class TooShort(Faded):
         return (keep[:3, 0], gain)
 
 
+class Growing(Faded):
+    def linear_step(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
+        return (1e30 * (1.0 + L.v_rel), dt)
+
+
+class Turned(Faded):
+    def linear_step(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
+        return (1.0, x.sqrt(dt - 1.0 + 0.0j))
+
+
+class Undefined(Faded):
+    def basis(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory) -> tuple[Any, ...]:
+        return (x.log(-p["D"] - memory.state["z"]),)
+
+
 class Twice(Faded):
     def advance(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
         return (memory.state["z"],)
@@ -299,6 +316,25 @@ def test_steps_that_contradict_or_have_no_shape_are_refused(
     made = prepare(noise_free[0])
     with pytest.raises(InputError, match=r"linear_step gives the shape \(3,\); allowed: "):
         states_of_effects.integrate(TooShort(), made, made.mu, TooShort().start_shape())
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        (Growing, r"state 'z' is not finite, as with D = \S+; allowed: finite numbers"),
+        (Turned, "linear_step gives complex numbers; allowed: real ones"),
+        (Undefined, r"basis is not finite, as with D = \S+; allowed: finite numbers"),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_an_effect_that_gives_no_numbers_is_told_by_name(
+    effect: type[Effect], said: str, noise_free: tuple[pd.DataFrame, pd.DataFrame]
+) -> None:
+    points, tests = noise_free
+    found = diagnose(points.assign(mu=0.08), tests, catalogue=["stribeck", effect()])
+    assert any(re.match(f"faded was not tested: effect 'faded': {said}", w) for w in found.warnings)
+    with pytest.raises(InputError, match=f"effect 'faded': {said}"):
+        ComposedFriction(LinearFriction(), [effect()]).fit_frame(points.assign(mu=0.08))
 
 
 @pytest.mark.parametrize("name", NAMES)

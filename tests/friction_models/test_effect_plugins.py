@@ -87,6 +87,7 @@ def test_the_catalogue_declares_everything() -> None:
         (broken(kind="magic"), "kind = 'magic'"),
         (broken(metadata=("Ra",)), "metadata_units"),
         (broken(states=(("age", "s"),)), "states without rate"),
+        (broken(states=(("T", "degC"),)), "state 'T'; allowed: a name that neither a load nor mu has"),
         (broken(basis=Effect.basis), "basis is not written"),
     ],
 )

@@ -15,7 +15,7 @@ from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import metadata_spans
-from .checked_call import called, shaped
+from .checked_call import called, finite, shaped
 from .memory import OPS, integrate
 
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
@@ -165,18 +165,19 @@ def bin_means(
 def evaluate_points(
     effect: Effect, campaign: BinnedTests, mu: FloatArray, shape: Mapping[str, FloatArray | float]
 ) -> tuple[FloatArray, ...]:
-    """Return the basis of an effect on all points, one array [n, g] an amplitude."""
+    """Return the basis of an effect on all points, one array [n, g] an amplitude.
+
+    Raises InputError: a method of the effect fails, or no set of shape parameters gives finite numbers.
+    """
     L = load_columns(campaign.loads)
     system = campaign.system
     state: dict[str, FloatArray] = {}
-    if effect.states:
-        state = integrate(effect, campaign, mu, shape)
-    memory = EffectContext(mu=mu[:, None], state=state, system=system)
-    columns = called(effect, "basis", len(effect.amplitudes), OPS, L, shape, memory)
-    if not any(np.isfinite(c).any() for c in columns):
-        raise InputError(
-            f"effect {effect.name!r}: basis gives no finite number on these data; allowed: numbers"
-        )
+    with np.errstate(all="ignore"):  # what is not finite is told of the effect
+        if effect.states:
+            state = integrate(effect, campaign, mu, shape)
+        memory = EffectContext(mu=mu[:, None], state=state, system=system)
+        columns = called(effect, "basis", len(effect.amplitudes), OPS, L, shape, memory)
+    finite(effect, "basis", columns, shape)
     return columns
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,14 @@ from ...loads import FloatArray
 def called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
     """Return the result of a method of an effect.
 
-    Raises InputError: the method raised, or gives anything else than `count` arrays of numbers.
+    Raises InputError: the method raised, or gives anything else than `count` arrays of real numbers.
     """
     where = f"effect {effect.name!r}: {part}"
     try:
-        columns = tuple(np.asarray(c, dtype=np.float64) for c in getattr(effect, part)(*given))
+        columns = tuple(np.asarray(c) for c in getattr(effect, part)(*given))
+        if any(np.iscomplexobj(c) for c in columns):
+            raise InputError(f"{where} gives complex numbers; allowed: real ones")
+        columns = tuple(c.astype(np.float64, copy=False) for c in columns)
     except InputError:
         raise
     except Exception as error:
@@ -29,6 +33,20 @@ def called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArr
     if len(columns) != count:
         raise InputError(f"{where} gives {len(columns)} columns; allowed: {count}")
     return columns
+
+
+def finite(
+    effect: Effect, what: str, columns: Sequence[FloatArray], shape: Mapping[str, FloatArray | float]
+) -> None:
+    """Raise InputError if for no set of shape parameters all of what an effect gives at points, shape (n, sets) each, is finite."""
+    known = [np.isfinite(np.atleast_2d(c)).all(axis=0) for c in columns]
+    if any(np.all(sets) for sets in zip(*np.broadcast_arrays(*known), strict=True)):
+        return
+    where = ", ".join(f"{n} = {float(np.ravel(v)[0]):.3g}" for n, v in shape.items())
+    raise InputError(
+        f"effect {effect.name!r}: {what} is not finite{where and f', as with {where}'}; allowed: finite numbers for all shape "
+        "parameters within their limits"
+    )
 
 
 def shaped(effect: Effect, part: str, values: FloatArray, size: tuple[int, int]) -> FloatArray:

@@ -14,7 +14,7 @@ from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import FloatArray
 from ...loads.time_steps import rests, time_steps
 from ..campaign.binning import BinnedTests
-from .checked_call import called, shaped
+from .checked_call import called, finite, shaped
 
 OPS = NumpyOps()
 
@@ -24,7 +24,7 @@ def integrate(
 ) -> dict[str, FloatArray]:
     """Advance the states of an effect through every test, all tests and parameter sets side by side.
 
-    Returns the states at every point, shape (n, g) each.
+    Returns the states at every point, shape (n, g) each. Raises InputError: a method of the effect fails, or a state is not finite.
     """
     if not effect.states_need_shapes:
         shape = {name: effect.start_shape()[name] for name in shape}
@@ -39,6 +39,8 @@ def integrate(
     linear = type(effect).linear_step is not Effect.linear_step
     history = march.at_once() if linear else march.step_by_step()
     states = {name: h for (name, _), h in zip(effect.states, history, strict=True)}
+    for name, values in states.items():
+        finite(effect, f"state {name!r}", [values], shape)
     if not effect.states_need_shapes:
         campaign.integrated[effect.name] = (mu.copy(), states)
     return states
