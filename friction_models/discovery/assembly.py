@@ -23,7 +23,7 @@ from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
 from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
-from .answer.not_first import why_not_first
+from .answer.not_first import comes_closest, why_not_first
 from .answer.other_causes import OtherCauses
 from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
 from .answer.summaries import averages, base_residual, binned_bias, worst_tests
@@ -33,6 +33,7 @@ from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import propose
 from .judge.confidence import blurred, grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED
+from .judge.error_budget import helps
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
 from .judge.judged import Judged
@@ -118,6 +119,7 @@ def assemble(
     warnings += [*causes.warnings(), *uncertain_drivers(whole[0], fitted.terms)]
     unsure = sure <= EITHER < most and causes.factor is None
     warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
+    warnings += _closest(judged)
     # between the levels, the model alone says what friction does
     untested = gaps_between_tests(campaign) if verdict == "nothing_missing" else {}
     if untested:
@@ -196,6 +198,19 @@ def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
     return why_not_first(
         judged.chosen, judged.found.ranking, confusion, lambda effects: unseen.errors(effects).rms
     )
+
+
+def _closest(judged: Judged) -> list[str]:
+    """Return a warning where no effect is named and the first of the ranking would help all the same."""
+    unseen, shares = judged.unseen, judged.confirmed.shares
+    first = judged.found.winner
+    if judged.verdict != "unknown_structure" or unseen is None or shares is None or first is None:
+        return []
+    if judged.found.p_value(first) >= LEVEL:
+        return []
+    before, after = unseen.errors(), unseen.errors([first.effect])
+    reachable = float(np.sqrt(min(shares.best, after.rms**2)))
+    return [comes_closest(first, before.rms, after.rms, reachable)] if helps(before, after) else []
 
 
 def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:

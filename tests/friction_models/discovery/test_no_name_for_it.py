@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from benchmarks.discovery.generator import campaign as made_campaign
 from benchmarks.discovery_campaigns import campaign
-from friction_models.discovery import diagnose
+from friction_models.discovery import diagnose, refine
 
 
 def at_random_loads(seed: int, points: int = 120) -> pd.DataFrame:
@@ -61,6 +63,13 @@ def test_a_valley_along_pressure_is_no_saturation_beside_a_steep_line(steep: flo
     found = diagnose(data)
     assert found.verdict == "unknown_structure", found.sentence
     assert found.where[0]["variables"] == ["sigma_n"]
+    if steep == 0.0:
+        told = next(w for w in found.warnings if "comes closest" in w)
+        name = found.ranking[0]["effect"]
+        assert told.startswith(f"{name} comes closest: refine --add {name} lowers the rms error")
+        before, after = map(float, re.findall(r"from (\S+) to (\S+) ", told)[0])
+        done = refine(data, model="linear", add=name).error_history_[-1]
+        assert (before, after) == pytest.approx((done["before"]["rmse"], done["after"]["rmse"]), rel=0.05)
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
