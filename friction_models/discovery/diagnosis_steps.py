@@ -19,6 +19,7 @@ from ..common.processes.pool import Progress
 from ..common.processes.stages import Stages
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
+from ..effects.together import check_together
 from ..estimation.campaign.binning import BinnedTests, prepare
 from ..estimation.campaign.factors import factors_of
 from ..estimation.noise.noise_floor import NoiseFloor
@@ -103,6 +104,7 @@ def diagnose(
     stages(15, "effects of the catalogue")
     chosen = CATALOGUE if catalogue is None else catalogue
     effects = [make_effect(e) for e in (chosen.values() if isinstance(chosen, Mapping) else chosen)]
+    check_together("catalogue", effects)
     factors, about = factors_of(campaign, effects) if catalogue is None else ([], [])
     usable, notes = testable([*effects, *factors], campaign, base.effects)
     notes += about

@@ -38,6 +38,7 @@ from .temperature.flash_temperature import FlashTemperature
 from .temperature.hot_pressure_breakdown import HotPressureBreakdown
 from .temperature.thermal_breakdown import ThermalBreakdown
 from .temperature.thermal_softening import ThermalSoftening
+from .together import check_together
 
 ENTRY_POINT_GROUP = "tribofmu.effects"
 
@@ -84,7 +85,13 @@ def load_catalogue() -> dict[str, type[Effect]]:
             return "not an Effect class"
         if wrong := declaration_fault(effect):
             return wrong
-        return f"the name {effect.name!r} is taken" if effect.name in catalogue else None
+        if effect.name in catalogue:
+            return f"the name {effect.name!r} is taken"
+        try:
+            check_together("catalogue", [e() for e in (*catalogue.values(), effect)])
+        except InputError as error:
+            return str(error)
+        return None
 
     for effect in offered(ENTRY_POINT_GROUP, "effect", fault):
         catalogue[effect.name] = effect

@@ -45,6 +45,14 @@ def declaration_fault(effect: type[Effect]) -> str | None:
         return f"kind = {effect.kind!r:.40}; allowed: {', '.join(KINDS)}"
     if len(effect.metadata) != len(effect.metadata_units):
         return f"{len(effect.metadata)} metadata and {len(effect.metadata_units)} metadata_units; allowed: one unit each"
+    if effect.name in (*LOAD_NAMES, "mu"):
+        return f"name = {effect.name!r}; allowed: a name that neither a load nor mu has"
+    strange = next((d for d in effect.driver if d not in (*LOAD_NAMES, *effect.metadata)), None)
+    if strange is not None:
+        return f"driver {strange!r}; allowed: {', '.join(LOAD_NAMES)}, or metadata of the effect"
+    for s in effect.shapes:
+        if not s.lower < s.upper:
+            return f"shape {s.name!r} from {s.lower:g} to {s.upper:g}; allowed: a lower bound below the upper one"
     names = [a.name for a in effect.amplitudes] + [s.name for s in effect.shapes]
     twice = next((n for n in names if names.count(n) > 1), None)
     if twice is not None:

@@ -11,6 +11,7 @@ from sklearn.base import clone
 from ..common import InputError
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
+from ..effects.together import check_together
 from ..estimation.fit.joint_fit import fit_jointly
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
@@ -96,10 +97,7 @@ class ComposedFriction(FrictionModel):
     def _fit(self, loads: TriboLoads, mu: FloatArray, groups: Groups, sample_weight: Weights = None) -> None:
         self._check_base()
         self.effects_ = [make_effect(e) for e in self.effects]
-        names = [e.name for e in self.effects_]
-        twice = next((n for n in names if names.count(n) > 1), None)
-        if twice is not None:
-            raise InputError(f"composed: effect {twice!r} stands twice; allowed: each effect once")
+        check_together("composed", self.effects_)
         check_loads(loads, self.effects_)
         rows = order_of_tests(
             loads.test_id if groups is None else groups,

@@ -279,6 +279,12 @@ class Growing(Faded):
         return (1e30 * (1.0 + L.v_rel), dt)
 
 
+class Other(Faded):
+    """Another memory under the same name of its state."""
+
+    name = "other"
+
+
 class Turned(Faded):
     def linear_step(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
         return (1.0, x.sqrt(dt - 1.0 + 0.0j))
@@ -316,6 +322,23 @@ def test_steps_that_contradict_or_have_no_shape_are_refused(
     made = prepare(noise_free[0])
     with pytest.raises(InputError, match=r"linear_step gives the shape \(3,\); allowed: "):
         states_of_effects.integrate(TooShort(), made, made.mu, TooShort().start_shape())
+
+
+def test_two_effects_cannot_remember_under_one_name(
+    noise_free: tuple[pd.DataFrame, pd.DataFrame],
+) -> None:
+    """A fit kept the two states apart, a prediction went on with one of them: mu was wrong in silence."""
+    points, tests = noise_free
+    both = [Faded(D=5.0), Other(D=50.0)]
+    said = "state 'z' stands in faded and other; allowed: a name of its own for each state"
+    with pytest.raises(InputError, match=f"composed: {said}"):
+        ComposedFriction(LinearFriction(), both).fit_frame(points.assign(mu=0.08))
+    with pytest.raises(InputError, match=f"catalogue: {said}"):
+        diagnose(points.assign(mu=0.08), tests, catalogue=both)
+    with pytest.raises(
+        InputError, match="catalogue: effect 'stribeck' stands twice; allowed: each effect once"
+    ):
+        diagnose(points.assign(mu=0.08), tests, catalogue=["stribeck", "stribeck"])
 
 
 @pytest.mark.parametrize(

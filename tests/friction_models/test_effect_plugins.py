@@ -87,6 +87,12 @@ def test_the_catalogue_declares_everything() -> None:
         (broken(kind="magic"), "kind = 'magic'"),
         (broken(metadata=("Ra",)), "metadata_units"),
         (broken(states=(("age", "s"),)), "states without rate"),
+        (broken(driver=("speed",)), "driver 'speed'; allowed: v_rel, T, sigma_n, sd, psi, or metadata"),
+        (broken(name="sigma_n"), "name = 'sigma_n'; allowed: a name that neither a load nor mu has"),
+        (
+            broken(shapes=(Shape("L", "mm", "m", 5.0, 1.0, 2.0),)),
+            "shape 'L' from 5 to 1; allowed: a lower bound",
+        ),
         (broken(states=(("T", "degC"),)), "state 'T'; allowed: a name that neither a load nor mu has"),
         (broken(basis=Effect.basis), "basis is not written"),
     ],

@@ -11,6 +11,9 @@ from ...common import InputError
 from ...effects.base import Effect
 from ...loads import FloatArray
 
+#: Squares of larger numbers are not finite.
+LARGEST = 1e150
+
 
 def called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArray, ...]:
     """Return the result of a method of an effect.
@@ -38,8 +41,8 @@ def called(effect: Effect, part: str, count: int, *given: Any) -> tuple[FloatArr
 def finite(
     effect: Effect, what: str, columns: Sequence[FloatArray], shape: Mapping[str, FloatArray | float]
 ) -> None:
-    """Raise InputError if for no set of shape parameters all of what an effect gives at points, shape (n, sets) each, is finite."""
-    known = [np.isfinite(np.atleast_2d(c)).all(axis=0) for c in columns]
+    """Raise InputError if for no set of shape parameters all of what an effect gives at points, shape (n, sets) each, is finite; its squares, too."""
+    known = [(np.abs(np.atleast_2d(c)) < LARGEST).all(axis=0) for c in columns]
     if any(np.all(sets) for sets in zip(*np.broadcast_arrays(*known), strict=True)):
         return
     where = ", ".join(f"{n} = {float(np.ravel(v)[0]):.3g}" for n, v in shape.items())
