@@ -73,6 +73,38 @@ class FilmStarvation(Effect):
         return (severity / (p["E"] + severity),)
 
 
+# %% An effect that remembers: a state, its rate, and the exact step, by which fits advance all points at once
+class FilmForming(Effect):
+    """A film that forms over a distance `L` follows the pressure late: ``delta * f``, ``df/dt = v_rel/L (share - f)``."""
+
+    name = "film_forming"
+    title = "the film follows the pressure late"
+    equation = "mu += delta * f,  df/dt = v_rel/L (sigma_n/(1000 + sigma_n) - f)"
+    label = "Film forming"
+    sentence = "friction follows changes of the pressure over a distance, as the film forms anew"
+    latex = r"\mu \mathrel{+}= \delta f,\quad \dot f=\frac{v_\mathrm{rel}}{L}\left(\frac{\sigma_n}{1000+\sigma_n}-f\right)"
+    citation = "an example of this documentation"
+    where_it_shows = "after changes of the pressure"
+    driver = ("sigma_n", "sd")
+    amplitudes = (Amplitude("delta", "1", "friction of the full film", 1, 0.02),)
+    shapes = (ShapeParameter("L", "mm", "distance over which the film forms", 0.5, 200.0, 10.0),)
+    states = (("film", "1"),)  # name and unit; at the start of a test it is 0, or what `start_state` returns
+
+    def basis(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext
+    ) -> tuple[Value, ...]:
+        return (context.state["film"],)
+
+    def rate(self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext) -> tuple[Value, ...]:
+        return (L.v_rel / p["L"] * (L.sigma_n / (1000.0 + L.sigma_n) - context.state["film"]),)
+
+    def linear_step(
+        self, x: Ops, L: LoadColumns, p: Mapping[str, Any], context: EffectContext, dt: Value
+    ) -> tuple[Value, ...]:
+        keep = x.exp(-L.v_rel * dt / p["L"])  # the step is: film = keep * film + gain
+        return (keep, (1.0 - keep) * L.sigma_n / (1000.0 + L.sigma_n))
+
+
 def made_up_points(seed: int = 0) -> pd.DataFrame:
     """Return made-up (not measured) points of twelve tests that follow both laws, with noise."""
     rng = np.random.default_rng(seed)

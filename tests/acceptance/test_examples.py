@@ -11,6 +11,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fmus import check, pack
+from friction_models import ConstantFriction
+from friction_models.discovery import diagnose
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -29,6 +33,22 @@ def test_own_model_and_effect(tmp_path: Path) -> None:
     errors = [np.abs(m.predict_frame(points) - points["mu"]).mean() for m in (plain, composed)]
     assert errors[1] < 1e-3 < 5e-3 < errors[0]
     assert fmu.is_file()
+
+
+def test_an_own_effect_that_remembers(tmp_path: Path) -> None:
+    """At one pressure the film closes as ``1 - exp(-sd/L)``: fit, diagnosis and FMU find that law."""
+    example = load("own_model_and_effect")
+    points = example.made_up_points()
+    share = points["sigma_n"] / (1000.0 + points["sigma_n"])
+    closed = share * (1.0 - np.exp(-points["sd"] / 8.0))
+    noise = np.random.default_rng(1).normal(0.0, 2e-4, len(points))
+    data = points.assign(mu=0.06 + 0.03 * closed + noise)
+    model = (ConstantFriction() + example.FilmForming()).fit_frame(data)
+    assert model.amplitudes_[0]["delta"] == pytest.approx(0.03, rel=0.02)
+    assert model.shapes_[0]["L"] == pytest.approx(8.0, rel=0.05)
+    found = diagnose(data, model="constant", catalogue=["stribeck", "running_in", example.FilmForming()])
+    assert found.effects == ["film_forming"], found.sentence
+    assert check(pack(model, tmp_path / "film.fmu")).ok
 
 
 def test_what_the_whole_loop_imports_exists() -> None:
