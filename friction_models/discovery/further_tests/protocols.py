@@ -165,8 +165,10 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
     """Return single tests within the tested range whose settings are combined freely.
 
     Loads that move together in the plan (fast tests that are hot ones) do not in these tests. Constant tests, also between the
-    levels of the plan, speed steps, pressure ramps, holds, long runs.
+    levels of the plan, speed steps, pressure ramps, holds, long runs. None where no test slides.
     """
+    if not np.any(campaign.loads.v_rel > 0.0):
+        return []
     s = Settings.of(campaign)
     (slow, middle, fast), (low, usual, high) = s.speed, s.pressure
     tools = sorted({s.tool[0], s.tool[2]})

@@ -26,6 +26,7 @@ from ...loads.contract import QUANTITIES, behind
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .clipping import about_clipping
 from .conflicting_loads import about_conflicts
+from .dead_sensor import about_dead_sensor
 from .load_noise import without_noise
 from .load_spikes import without_load_spikes
 from .metadata import about_table, metadata_columns
@@ -241,6 +242,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     campaign.spikes = float(np.mean((mu != measured) | lone))
     campaign.system = metadata_columns(loads)
     warnings += about_units(loads, campaign.point_starts, campaign.tests)
+    warnings += about_dead_sensor(loads, campaign.point_starts, campaign.tests)
     warnings += about_conflicts(loads, campaign.point_starts, campaign.tests, campaign.system)
     campaign.warnings = warnings + _remarks(campaign)
     return campaign

@@ -151,8 +151,9 @@ class Reference:
         return _Prepared(self.metadata, *white, plain, precision, offset, terms.shape[1])
 
     def _some(self, seen: Mask) -> Mask:
-        """Return the bins of tests that were seen; of many tests, of as many as are enough, taken evenly."""
+        """Return the bins of tests that were seen; of many tests, of as many as are enough, taken evenly from their loads."""
         own = np.unique(self.campaign.test[seen])
+        own = own[np.argsort(self.campaign.place[own])]
         some = own[np.unique(np.linspace(0, len(own) - 1, min(len(own), MOST_TESTS)).astype(int))]
         return np.isin(self.campaign.test, some)
 

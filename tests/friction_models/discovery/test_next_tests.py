@@ -319,6 +319,12 @@ def test_a_test_that_tells_nothing_is_not_proposed() -> None:
     assert "no test that could be proposed tells them apart" in said
 
 
+def test_where_nothing_slides_nothing_is_proposed() -> None:
+    """A number that is not in the table was blamed: the time that such a test would take."""
+    points, tests, _ = campaign(seed=5, extra=0, thin=60)
+    assert diagnose(points.assign(v_rel=0.0), tests, catalogue=["pressure_power"]).next_tests == []
+
+
 def test_where_nothing_is_missing_a_test_between_the_levels_is_proposed() -> None:
     rows = list(product((300.0, 900.0, 2000.0), (5.0, 50.0, 500.0), (20.0, 150.0, 280.0)))
     points, tests = made(rows, "T")
