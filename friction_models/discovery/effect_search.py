@@ -19,7 +19,7 @@ from ..estimation.search.significance import stays_first
 from ..estimation.search.structure import Misfit, find_structure, own_misfit
 from ..estimation.search.unseen_loads import AS_GOOD, constant, own_load
 from ..estimation.search.zero_reading import credible, judge_zero
-from .judge.names import MOST_NAMED
+from .judge.naming.names import MOST_NAMED
 from .judge.verdict import LEVEL, SECOND_LEVEL, Evidence
 
 #: If the winner comes first again less often than this, the second effect counts as a rival.

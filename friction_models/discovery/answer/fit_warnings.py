@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -91,15 +91,19 @@ def tied_text(correlations: Sequence[tuple[str, str, float]]) -> list[str]:
     return lines
 
 
-def draws_another_law(campaign: BinnedTests, fitted: FittedTerms) -> bool:
-    """Return whether a name that stands alone, or rivals of it, draws another law along its load by cancelling slopes of the base.
+def draws_another_law(campaign: BinnedTests, fitted: FittedTerms, sharper: Collection[str]) -> bool:
+    """Return whether a name, or rivals of it, draws another law along its load by cancelling slopes of the base; not one that is `sharper`.
 
     Where several names are left, which of them is right may be open; that mu as a whole goes the other way is not.
     """
-    if len(fitted.terms) != 1:
+    if not fitted.terms:
         return False
-    (term,) = fitted.terms
-    return imitates(campaign, term.effect, fitted.base(campaign), term.binned, sure=True)
+    base = fitted.base(campaign)
+    return any(
+        imitates(campaign, term.effect, base, term.binned, sure=True)
+        for term in fitted.terms
+        if term.name not in sharper
+    )
 
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from ...estimation.campaign.binning import BinnedTests
@@ -36,11 +36,11 @@ class OtherCauses:
         chosen: Sequence[Fit],
         fitted: FittedTerms,
         unknown: FloatArray,
-        sharper: bool,
+        sharper: Collection[str],
     ) -> OtherCauses:
         """Look for them; `unknown`, shape (m,), is what neither names nor anything else that was recorded predicts.
 
-        The only name may be `sharper` than any plain bend along its load.
+        Some names are `sharper` than any plain bend along their load.
         """
         return cls(
             unrecorded_factor(campaign, unknown),
@@ -48,7 +48,7 @@ class OtherCauses:
             resting_on_one(campaign, found, chosen),
             jumps_in_order(campaign, fitted),
             jumps_instead(campaign, found, fitted),
-            not sharper and draws_another_law(campaign, fitted),
+            draws_another_law(campaign, fitted, sharper),
         )
 
     @property

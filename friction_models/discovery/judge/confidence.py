@@ -17,7 +17,7 @@ from ...estimation.campaign.binning import BinnedTests
 from ...estimation.campaign.clipping import clipped_share
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import EITHER
-from ...estimation.search.zero_reading import credible
+from ...estimation.search.zero_reading import ZERO, credible
 from .confirmation import ANOTHER_FORM, EXPLAINED, NAMED, Confirmation
 from .error_budget import LEAST_TESTS
 from .identifiability import one_load
@@ -36,7 +36,7 @@ MOST_IN_ANOTHER_FORM = 0.94
 #: Nothing is named although an effect stands out among all of the catalogue (p below 5 %), too weak to help on unseen tests: of
 #: 15 such answers to the campaigns of three authors 13 were right.
 MOST_WHERE_ONE_STANDS_OUT = 0.85
-#: An offset of the force beside other names, or one too large for a cell, may be an effect of pressure until the cell is read without load.
+#: An offset of the force beside other names, or a drift too large for a sensor, may be an effect of pressure until the cell is read without load.
 MOST_UNREAD = 0.75
 #: Where two effects of one load each predict unseen tests better than one of both, if not for certain: of ten such answers to made-up
 #: campaigns with a law of two loads, or two laws of one, about half were right.
@@ -150,6 +150,7 @@ def sureness(
     sure = LIMITS[1] if confirmed.within_resolution else confidence(verdict, grounds)
     if off is not None and verdict == "unknown_structure":
         sure = max(sure, min(1.0 - off, LIMITS[1]))
+    too_large = not all(credible(campaign, found.floor.sensor, f) for f in confirmed.chosen)
     unsure = [
         not found.floor.known,
         nothing and len(campaign.tests) < LEAST_TESTS,
@@ -163,12 +164,13 @@ def sureness(
         knows_noise,
         other_cause,
         verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
+        too_large and [f.name for f in confirmed.chosen] == [ZERO],  # as likely a law of pressure
     ]
     if odd_kept:
         sure = min(sure, MOST_BESIDE_ODD)
     if confirmed.parts:
         sure = min(sure, MOST_WHERE_PARTS_DO)
-    if unread or not all(credible(campaign, found.floor.sensor, f) for f in confirmed.chosen):
+    if unread or too_large:
         sure = min(sure, MOST_UNREAD)
     return min(sure, EITHER) if any(unsure) else sure
 

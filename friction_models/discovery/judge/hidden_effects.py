@@ -6,7 +6,7 @@ import numpy as np
 
 from ...estimation.search.scan import Prepared
 from ...estimation.search.search_round import SearchRound
-from .names import CLEAR
+from .naming.names import CLEAR
 
 #: Shares of the shapes of a law that show: of the law that shows best, and of each.
 EASY, MOST = 0.25, 0.75

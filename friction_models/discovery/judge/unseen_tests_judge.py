@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ...estimation.campaign.binning import BinnedTests
 from ...estimation.noise.repeats import Repeats, repeats_of
-from ...estimation.search.law_signs import imitates
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from .beside_reference import BesideReference, effects_of
 from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
-from .error_budget import BELIEVED, ErrorShares, fall, helps
+from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
-from .names import CERTAIN, CLEAR, Names, falls
-from .rivals import APART, Further, Rivals, told
-from .straight_fits import StraightFits
-from .two_loads import TwoLoads
+from .naming.names import CLEAR, Names, falls
+from .naming.other_laws import OtherLaws
+from .naming.rivals import Further, Rivals, told
+from .naming.straight_fits import StraightFits
+from .naming.two_loads import TwoLoads
 from .unseen_tests import UnseenTests
 from .verdict import BENT_MEMORY
 
@@ -48,6 +48,7 @@ class UnseenTestsJudge:
         self.rivals = Rivals(campaign, found, self.straight, further)
         self.names = Names(unseen, found, self.straight, self.beside, further)
         self.two_loads = TwoLoads(self.names)
+        self.other_laws = OtherLaws(campaign, unseen, self.straight, self.two_loads)
 
     def __call__(
         self, verdict: str, chosen: list[Fit], named: str, bent: bool, alike: Sequence[str] = ()
@@ -85,16 +86,11 @@ class UnseenTestsJudge:
             verdict = "ambiguous"
         elif verdict == "ambiguous" and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
-        if verdict in NAMED and (cancelling := self._cancelling(kept, sure=verdict != "ambiguous")):
-            others = [f for f in kept if f.name not in cancelling]
-            beside_others = self.beside.shares(others, alone)
-            # a law that turns is still the best there is where nothing but its name predicts anything
-            if len(kept) > 1 or beside_others.missing > 0.0:
-                kept, shares = others, beside_others
-                rivals = told(kept, beside)
-                verdict = "ambiguous" if rivals else "partly_explained"
-            if not kept:
-                verdict = "unknown_structure" if shares.missing > 0.0 else "nothing_missing"
+        other_laws = self.other_laws.among(kept, sure=verdict != "ambiguous") if verdict in NAMED else set()
+        if other_laws:
+            verdict, kept, shares, rivals = self._without(
+                other_laws, verdict, kept, shares, rivals, beside, alone
+            )
         shares, repeats = self._beside_repeats(kept, shares)
         if verdict == "data_problem" and shares.left > NOT_THE_ANSWER:
             verdict, kept, rivals = "unknown_structure", [], ()
@@ -113,7 +109,7 @@ class UnseenTestsJudge:
             tuple(behind),
             self.two_loads.as_good(kept),
             repeats,
-            sharper=self._sharper(kept),
+            sharper=self.other_laws.sharper(kept),
         )
 
     def _doubted(
@@ -147,12 +143,19 @@ class UnseenTestsJudge:
             kept, verdict = needed, verdict if self.names.explain(needed) else "unknown_structure"
         if verdict in NAMED and (parted := self.two_loads.parted(kept)) is not kept:
             kept, verdict = parted, "explained"
-        if verdict in NAMED and len(kept) > 1 and len(self._cancelling(kept, sure=False)) == len(kept):
+        if (
+            verdict in NAMED
+            and len(kept) > 1
+            and len(self.other_laws.cancelling(kept, sure=False)) == len(kept)
+        ):
             # of parts that are known as a difference only, one that explains by itself is enough
             kept = next(([f] for f in kept if self.names.explain([f])), kept)
         shares = self.beside.shares(kept, alone)
         if verdict in NAMED and self._in_another_form(kept, shares):
-            return "unknown_structure", [], self.beside.shares([], alone)
+            kept = self.names.along_the_distance()
+            shares = self.beside.shares(kept) if kept else self.beside.shares([], alone)
+            if not kept:
+                return "unknown_structure", [], shares
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
@@ -214,48 +217,30 @@ class UnseenTestsJudge:
         places = self.beside.places(kept)
         return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
 
-    def _cancelling(self, kept: list[Fit], sure: bool) -> set[str]:
-        """Return names that are no more than a part of a difference: only that is seen, a curve that they are not.
-
-        Of several over one load, of which one rises and the other falls, none has a size that is known to differ from zero. Or one
-        draws another law, by cancelling slopes of the model along its load, which counts sooner where the answer is `sure` of its name.
-        """
-        fitted = self.unseen.fitted(effects_of(kept))
-        loads = [{*f.effect.driver} for f in kept]
-        sharing = {
-            f.name
-            for k, f in enumerate(kept)
-            if f.effect.kind != "fault" and any(loads[k] & other for j, other in enumerate(loads) if j != k)
-        }
-        unknown = {t.name for t in fitted.terms if not t.sized} & sharing
-        base = fitted.base(self.campaign)
-        imitating = {
-            f.name
-            for f, term in zip(kept, fitted.terms, strict=True)
-            if imitates(self.campaign, f.effect, base, term.binned, sure)
-            and self._is_a_bend(f, [g for g in kept if g is not f])
-        }
-        return imitating | (unknown if len(unknown) > 1 else set())
-
-    def _against_bends(self, fit: Fit, beside: Sequence[Fit]) -> tuple[float, float]:
-        """Return by how many standard errors unseen tests prefer an effect to a parabola along its load, and to any plain bend."""
-        form = self.straight.errors_of_form(fit, beside)
-        parabola, bend = (
-            fall(errors, form)[1] for errors in self.straight.errors_of_bends(fit.effect.driver[0], beside)
-        )
-        return parabola, bend
-
-    def _is_a_bend(self, fit: Fit, beside: Sequence[Fit]) -> bool:
-        """Return whether unseen tests prefer a plain bend to an effect that turns mu: another law, which the effect only imitates."""
-        parabola, bend = self._against_bends(fit, beside)
-        return parabola < 0.0 or bend < -APART
-
-    def _sharper(self, kept: Sequence[Fit]) -> bool:
-        """Return whether unseen tests prefer the only name, of one load, to all plain bends: where mu turns, its form turns it."""
-        if len(kept) != 1 or len(kept[0].effect.driver) > 1 or kept[0].effect.driver[0] not in LOAD_NAMES:
-            return False
-        parabola, bend = self._against_bends(kept[0], [])
-        return parabola > CERTAIN and bend > 0.0
+    def _without(
+        self,
+        other_laws: set[str],
+        verdict: str,
+        kept: list[Fit],
+        shares: ErrorShares,
+        rivals: tuple[str, ...],
+        beside: Mapping[str, list[str]],
+        alone: float,
+    ) -> tuple[str, list[Fit], ErrorShares, tuple[str, ...]]:
+        """Return verdict, names, budget and rivals without names that only draw another law; what one draws, two along the distance may be."""
+        others = [f for f in kept if f.name not in other_laws]
+        if not others and (pair := self.names.along_the_distance()):
+            shares = self.beside.shares(pair)
+            rivals = told(pair, self._rivals(pair, shares))
+            return "ambiguous" if rivals else "explained", pair, shares, rivals
+        left = self.beside.shares(others, alone)
+        if len(kept) == 1 and not left.missing > 0.0:
+            # a law that turns is still the best there is where nothing but its name predicts anything
+            return verdict, kept, shares, rivals
+        if not others:
+            return "unknown_structure" if left.missing > 0.0 else "nothing_missing", [], left, ()
+        rivals = told(others, beside)
+        return "ambiguous" if rivals else "partly_explained", others, left, rivals
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""

@@ -10,7 +10,7 @@ import pytest
 
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge.confirmation import Confirmation
-from friction_models.discovery.judge.names import Names
+from friction_models.discovery.judge.naming.names import Names
 from friction_models.discovery.judge.unseen_tests_judge import UnseenTestsJudge
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge.names import Names
+from friction_models.discovery.judge.naming.names import Names
 from friction_models.discovery.judge.unseen_tests import ErrorsByTest
 
 

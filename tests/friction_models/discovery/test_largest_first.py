@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge.rivals import Rivals
+from friction_models.discovery.judge.naming.rivals import Rivals
 
 PRESSURE = {"pressure_saturation", "pressure_power"}
 

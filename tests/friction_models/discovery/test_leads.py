@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from friction_models.discovery.judge.names import Names
+from friction_models.discovery.judge.naming.names import Names
 from friction_models.discovery.judge.unseen_tests import ErrorsByTest
 
 #: Falls of the squared error of 16 tests of 9: their mean is 1.6 standard errors above zero in the first, 0.3 in the second.
@@ -34,7 +34,7 @@ def _names(*ranking: _Effect) -> Names:
 
 @pytest.fixture(autouse=True)
 def _effects_are_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("friction_models.discovery.judge.names.effects_of", list)
+    monkeypatch.setattr("friction_models.discovery.judge.naming.names.effects_of", list)
 
 
 def _led(*ranking: _Effect) -> str:

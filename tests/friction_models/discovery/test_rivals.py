@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from friction_models.discovery.judge.rivals import Rivals
+from friction_models.discovery.judge.naming.rivals import Rivals
 from friction_models.discovery.judge.unseen_tests import ErrorsByTest
 
 
@@ -50,5 +50,5 @@ def test_what_helps_no_unseen_test_is_a_rival_only_where_the_scan_prefers_it(
     kept: Any = [first, second] if beside else [first]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Rivals, "_led", lambda self, kept, instead: False)
-        patch.setattr("friction_models.discovery.judge.rivals.one_cause", lambda *given: False)
+        patch.setattr("friction_models.discovery.judge.naming.rivals.one_cause", lambda *given: False)
         assert rivals.of(kept, 0.0)["first"] == listed

@@ -8,17 +8,17 @@ from itertools import combinations
 
 import numpy as np
 
-from ...estimation.search.importance import LEAST_SHARE
-from ...estimation.search.scan import Fit
-from ...estimation.search.search_round import SearchRound
-from ...estimation.search.unseen_loads import AS_GOOD, driven_by_load, own_load
-from .beside_reference import BesideReference, effects_of
-from .confirmation import EXPLAINED
-from .error_budget import fall, helps
+from ....estimation.search.importance import LEAST_SHARE
+from ....estimation.search.scan import Fit
+from ....estimation.search.search_round import SearchRound
+from ....estimation.search.unseen_loads import AS_GOOD, driven_by_load, own_load
+from ..beside_reference import BesideReference, effects_of
+from ..confirmation import EXPLAINED
+from ..error_budget import fall, helps
+from ..unseen_tests import ErrorsByTest, UnseenTests
+from ..verdict import LEVEL
 from .rivals import APART, Further
 from .straight_fits import StraightFits
-from .unseen_tests import ErrorsByTest, UnseenTests
-from .verdict import LEVEL
 
 #: An effect that the scan sees at this level has to lower the error, but not by a full standard error.
 CLEAR = 0.01
@@ -126,11 +126,12 @@ class Names:
             if f.effect.driver == ("sd",) and not f.effect.needs_state
         ]
         pairs = map(list, combinations(plain, 2))
-        pair = min(pairs, key=lambda fits: self.straight.errors(fits).rms, default=[])
+        # refitted: shapes of the search are those of effects that stand alone
+        pair = min(pairs, key=lambda fits: self.unseen.errors(effects_of(fits)).rms, default=[])
         if not pair or self.beside.shares(pair).left > HARDLY_LEFT:
             return []
         after = self.unseen.errors(effects_of(pair))
-        return pair if all(self._missed([fit], after) >= SURE_ALONG for fit in pair) else []
+        return pair if all(self._missed([fit], after) >= ALONE for fit in pair) else []
 
     def _sum(self, lead: Fit) -> list[Fit]:
         """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""

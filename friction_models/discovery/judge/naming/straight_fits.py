@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
-from ...estimation.campaign.curves import transformed
-from ...estimation.search.scan import Fit, best_fit
-from ...estimation.search.search_round import SearchRound
-from ...loads import FloatArray
-from ...loads.splits import Mask
-from .unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
+from ....estimation.campaign.binning import BinnedTests
+from ....estimation.campaign.curves import transformed
+from ....estimation.search.candidates import bin_means
+from ....estimation.search.scan import Fit, best_fit, prepare_candidate
+from ....estimation.search.search_round import SearchRound
+from ....loads import FloatArray
+from ....loads.splits import Mask
+from ..unseen_tests import ErrorsByTest, UnseenTests, errors_of_tests
 
 #: Places and widths of humps along a load, in standard deviations.
 PLACES, WIDTHS = (-1.2, -0.6, 0.0, 0.6, 1.2), (0.4, 0.8, 1.6)
@@ -48,6 +49,19 @@ class StraightFits:
             return self.residual([*beside, replace(fit, index=others.index)], seen)
 
         return self._errors(self._of_unseen(left))
+
+    def errors_with_held(self, fit: Fit, load: str, beside: Sequence[Fit] = ()) -> ErrorsByTest:
+        """Return `errors_of_form` of an effect that sees the mean of a load everywhere."""
+        campaign, candidate = self.campaign, fit.prepared.candidate
+        column = getattr(campaign.loads, load)
+        held = replace(campaign, loads=replace(campaign.loads, **{load: np.full_like(column, column.mean())}))
+        shapes = {name: values[None, :] for name, values in candidate.shapes.items()}
+        sets = candidate.columns.shape[1]
+        columns = bin_means(candidate.effect, held, campaign.mu, shapes, sets)
+        prepared = prepare_candidate(
+            replace(candidate, columns=columns), self.found.whiten, self.found.project
+        )
+        return self.errors_of_form(replace(fit, prepared=prepared), beside)
 
     def errors_of_bends(self, load: str, beside: Sequence[Fit]) -> tuple[ErrorsByTest, ErrorsByTest]:
         """Return the errors of a parabola along a load, and of any plain bend that the other tests choose, humps among them.

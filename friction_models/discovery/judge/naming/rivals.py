@@ -8,18 +8,18 @@ from typing import Protocol
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
-from ...estimation.campaign.factors import factors_like
-from ...estimation.search.importance import LEAST_SHARE
-from ...estimation.search.rivalry import rivalry
-from ...estimation.search.scan import Fit
-from ...estimation.search.search_round import EQUAL, SearchRound
-from ...estimation.search.significance import TWINS
-from ...estimation.search.significance import alike as contribute_alike
-from ...estimation.search.unseen_loads import AS_GOOD, constant
-from ...estimation.search.zero_reading import credible
-from .error_budget import fall
-from .identifiability import one_cause
+from ....estimation.campaign.binning import BinnedTests
+from ....estimation.campaign.factors import factors_like
+from ....estimation.search.importance import LEAST_SHARE
+from ....estimation.search.rivalry import rivalry
+from ....estimation.search.scan import Fit
+from ....estimation.search.search_round import EQUAL, SearchRound
+from ....estimation.search.significance import TWINS
+from ....estimation.search.significance import alike as contribute_alike
+from ....estimation.search.unseen_loads import AS_GOOD, constant
+from ....estimation.search.zero_reading import credible
+from ..error_budget import fall
+from ..identifiability import one_cause
 from .straight_fits import StraightFits
 
 #: An effect must beat what could stand in its place by so many standard errors on unseen tests.

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
 
-from ...estimation.search.importance import LEAST_SHARE
-from ...estimation.search.scan import Fit
-from .beside_reference import effects_of
-from .error_budget import fall
+from ....estimation.search.importance import LEAST_SHARE
+from ....estimation.search.scan import Fit
+from ..beside_reference import effects_of
+from ..error_budget import fall
 from .names import BETTER, CERTAIN, Names
+from .rivals import APART
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,32 @@ class TwoLoads:
             for name, instead in pairs.items()
             if instead and self._certainty(kept, instead) > 0.0
         }
+
+    def not_of_all(self, kept: Sequence[Fit]) -> set[str]:
+        """Return the names that need several loads, of which unseen tests miss one no more than its mean, though no effect is that law of the others.
+
+        Friction that rises with pressure is no breakdown of hot films, though one that hardly feels the temperature rises as well.
+        """
+        return {f.name for f in kept if any(self._without(kept, f, load) for load in self._needed(f))}
+
+    def _without(self, kept: Sequence[Fit], fit: Fit, load: str) -> bool:
+        """Return whether a name predicts unseen tests as well without a load, and better than all effects of its other loads do."""
+        straight, beside = self.names.straight, [f for f in kept if f is not fit]
+        held = straight.errors_with_held(fit, load, beside)
+        if fall(held, straight.errors_of_form(fit, beside))[1] >= BETTER:
+            return False
+        left = {d for d in self._loads(fit) if d != load}
+        others = (
+            f for f in self.names.found.ranking if {*self._loads(f)} <= left and f.effect.kind == "physics"
+        )
+        return all(
+            fall(straight.errors_of_form(f, beside), held)[1] >= APART for f in others if self._loads(f)
+        )
+
+    def _needed(self, fit: Fit) -> list[str]:
+        """Return the loads that an effect needs, where these are several, and that vary here."""
+        needs = fit.effect.needs or ()
+        return [d for d in self._loads(fit) if d in needs] if len(needs) > 1 else []
 
     def _pair(self, kept: Sequence[Fit], fit: Fit) -> list[Fit]:
         """Return the names with the best laws of one load in place of one of several; nothing where it is none."""
