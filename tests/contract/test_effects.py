@@ -275,14 +275,27 @@ class TooShort(Faded):
 
 
 class Growing(Faded):
+    """A state that runs away."""
+
+    def rate(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory) -> tuple[Any, ...]:
+        return (1e4 * memory.state["z"] + 1.0,)
+
     def linear_step(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
-        return (1e30 * (1.0 + L.v_rel), dt)
+        growth = x.exp(1e4 * dt)
+        return (growth, (growth - 1.0) / 1e4)
 
 
 class Other(Faded):
     """Another memory under the same name of its state."""
 
     name = "other"
+
+
+class Faster(Faded):
+    """Steps of half the distance that its rate has."""
+
+    def linear_step(self, x: Any, L: Any, p: Mapping[str, Any], memory: Memory, dt: Any) -> tuple[Any, ...]:
+        return super().linear_step(x, L, p, memory, 2.0 * dt)
 
 
 class Turned(Faded):
@@ -344,6 +357,10 @@ def test_two_effects_cannot_remember_under_one_name(
 @pytest.mark.parametrize(
     ("effect", "said"),
     [
+        (
+            Faster,
+            r"a short step changes state 'z' by \S+ a second, its rate by \S+; allowed: the same law in both",
+        ),
         (Growing, r"state 'z' is not finite, as with D = \S+; allowed: finite numbers"),
         (Turned, "linear_step gives complex numbers; allowed: real ones"),
         (Undefined, r"basis is not finite, as with D = \S+; allowed: finite numbers"),

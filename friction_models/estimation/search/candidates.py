@@ -16,7 +16,7 @@ from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..campaign.binning import BinnedTests
 from ..campaign.metadata import metadata_spans
 from .checked_call import called, finite, shaped
-from .memory import OPS, integrate
+from .memory import OPS, check_step, integrate
 
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
 THIN, OUTER = 0.01, 0.025
@@ -119,6 +119,8 @@ def evaluate(
     shapes = {n: g.ravel() for n, g in zip(names, mesh, strict=True)}
     rows = {n: g[None, :] for n, g in shapes.items()}
     sets = mesh[0].size if names else 1
+    if effect.states:
+        check_step(effect, campaign, mu, rows)
     return Candidate(effect, shapes, bin_means(effect, campaign, mu, rows, sets))
 
 

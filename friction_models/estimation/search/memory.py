@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
+from ...common import InputError
 from ...effects.base import Effect, EffectContext
 from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import FloatArray
@@ -17,6 +18,8 @@ from ..campaign.binning import BinnedTests
 from .checked_call import called, finite, shaped
 
 OPS = NumpyOps()
+#: Points at which steps are compared with rates; a short step changes a state by such a share of it, and takes so many seconds at most.
+TRIED, SHORT, SHORTEST = 5, 1e-5, 1e-6
 
 
 def integrate(
@@ -44,6 +47,46 @@ def integrate(
     if not effect.states_need_shapes:
         campaign.integrated[effect.name] = (mu.copy(), states)
     return states
+
+
+def check_step(
+    effect: Effect, campaign: BinnedTests, mu: FloatArray, shape: Mapping[str, FloatArray | float]
+) -> None:
+    """Raise InputError if a short step of an effect is not what its rate says: fits take the steps, simulators the rate.
+
+    Some points are tried, with the first set of shape parameters.
+    """
+    kind = type(effect)
+    linear = kind.linear_step is not Effect.linear_step
+    if kind.rate is Effect.rate or not (linear or kind.advance is not Effect.advance):
+        return
+    moving = np.flatnonzero(campaign.loads.v_rel > 0.0)
+    rows = moving[np.linspace(0, len(moving) - 1, min(len(moving), TRIED)).astype(int)]
+    one = {name: float(np.ravel(value)[0]) for name, value in shape.items()}
+    names = [name for name, _ in effect.states]
+    begin = called(effect, "start_state", len(names), one)
+    values = [np.full((len(rows), 1), np.ravel(b)[0] + 0.1 * max(abs(np.ravel(b)[0]), 1.0)) for b in begin]
+    system = {name: column[rows] for name, column in campaign.system.items()}
+    context = EffectContext(mu=mu[rows, None], state=dict(zip(names, values, strict=True)), system=system)
+    L = LoadColumns.from_matrix(OPS, campaign.loads.as_array()[rows])
+    rates = called(effect, "rate", len(names), OPS, L, one, context)
+    fastest = np.max([np.abs(r) / np.abs(v) for r, v in zip(rates, values, strict=True)], axis=0)
+    dt = np.minimum(SHORT / np.maximum(fastest, 1e-300), SHORTEST)
+    if linear:
+        step = called(effect, "linear_step", 2 * len(names), OPS, L, one, replace(context, state={}), dt)
+        after = tuple(v * keep + gain for v, keep, gain in zip(values, step[::2], step[1::2], strict=True))
+    else:
+        after = called(effect, "advance", len(names), OPS, L, one, context, dt)
+    for name, value, new, rate in zip(names, values, after, rates, strict=True):
+        change = (new - value) / dt
+        off = np.abs(change - rate) > 0.01 * np.abs(rate) + SHORTEST * np.abs(value)
+        if off.any():
+            k = int(np.argmax(off))
+            stated, stepped_by = (float(np.broadcast_to(x, off.shape)[k, 0]) for x in (rate, change))
+            raise InputError(
+                f"effect {effect.name!r}: a short step changes state {name!r} by {stepped_by:.3g} a second, its rate by {stated:.3g}; "
+                "allowed: the same law in both"
+            )
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge import rivals
 from friction_models.discovery.judge.confidence import MOST_IN_ANOTHER_FORM
+from friction_models.discovery.judge.naming import rivals
 from friction_models.estimation.search.unseen_loads import EITHER
 from friction_models.loads import FloatArray as Array
 from tests.friction_models.test_estimation_histories import ramps
