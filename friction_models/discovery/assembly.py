@@ -201,9 +201,9 @@ def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
 
 
 def _closest(judged: Judged) -> list[str]:
-    """Return a warning where no effect is named and the first of the ranking would help all the same."""
+    """Return a warning where no effect is named and the first of the ranking that is no fault of the data would help all the same."""
     unseen, shares = judged.unseen, judged.confirmed.shares
-    first = judged.found.winner
+    first = next((f for f in judged.found.ranking if f.effect.kind != "fault"), None)
     if judged.verdict != "unknown_structure" or unseen is None or shares is None or first is None:
         return []
     if judged.found.p_value(first) >= LEVEL:

@@ -57,5 +57,5 @@ def comes_closest(first: Fit, before: float, after: float, reachable: float) -> 
     return (
         f"{first.name} comes closest: refine --add {first.name} lowers the rms error on unseen tests from {before:.3g} to {after:.3g} "
         f"({reachable:.3g} is known to be reachable); it is not named, as mu does not run the way this effect must, what is missing has "
-        "another form, or more than this is missing"
+        "another form or fewer loads, or more than this is missing"
     )
