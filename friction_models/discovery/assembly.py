@@ -210,7 +210,7 @@ def _closest(judged: Judged) -> list[str]:
         return []
     before, after = unseen.errors(), unseen.errors([first.effect])
     reachable = float(np.sqrt(min(shares.best, after.rms**2)))
-    return [comes_closest(first, before.rms, after.rms, reachable)] if helps(before, after) else []
+    return [comes_closest(first.name, before.rms, after.rms, reachable)] if helps(before, after) else []
 
 
 def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:

@@ -88,7 +88,7 @@ def load_catalogue() -> dict[str, type[Effect]]:
         if effect.name in catalogue:
             return f"the name {effect.name!r} is taken"
         try:
-            check_together("catalogue", [e() for e in (*catalogue.values(), effect)])
+            check_together("catalogue", [*catalogue.values(), effect])
         except InputError as error:
             return str(error)
         return None

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 from ..common import InputError
 from .base import Effect
 
 
-def check_together(where: str, effects: Sequence[Effect]) -> None:
+def check_together(where: str, effects: Iterable[Effect | type[Effect]]) -> None:
     """Raise InputError if an effect stands twice, or if two remember under one name: each would go on with the state of the other.
 
     Examples

@@ -45,17 +45,16 @@ def why_not_first(
     return f"{said}but {top.name} in its place would be {how}{apart}: {left:.3g}."
 
 
-def comes_closest(first: Fit, before: float, after: float, reachable: float) -> str:
+def comes_closest(name: str, before: float, after: float, reachable: float) -> str:
     """Return what the first of the ranking would do where nothing is named, from rms errors on tests that no fit saw.
 
     Examples
     --------
-    >>> from types import SimpleNamespace
-    >>> comes_closest(SimpleNamespace(name="hersey"), 0.0068, 0.0044, 0.0035)[:94]
+    >>> comes_closest("hersey", 0.0068, 0.0044, 0.0035)[:94]
     'hersey comes closest: refine --add hersey lowers the rms error on unseen tests from 0.0068 to '
     """
     return (
-        f"{first.name} comes closest: refine --add {first.name} lowers the rms error on unseen tests from {before:.3g} to {after:.3g} "
+        f"{name} comes closest: refine --add {name} lowers the rms error on unseen tests from {before:.3g} to {after:.3g} "
         f"({reachable:.3g} is known to be reachable); it is not named, as mu does not run the way this effect must, what is missing has "
         "another form or fewer loads, or more than this is missing"
     )

@@ -39,7 +39,7 @@ class Confirmation:
     #: Names in whose place two effects of one load each predict unseen tests no worse, and these two.
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
-    #: Names of one load that unseen tests prefer to all plain bends along it.
+    #: Names that cancel slopes of the model, but that unseen tests prefer to all plain bends along their load.
     sharper: frozenset[str] = frozenset()
     #: Whether the model alone predicts unseen tests closer than friction is measured.
     within_resolution: bool = False

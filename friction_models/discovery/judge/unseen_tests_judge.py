@@ -87,10 +87,8 @@ class UnseenTestsJudge:
         elif verdict == "ambiguous" and not rivals and _told_apart(kept, alike, behind):
             verdict = "data_problem" if faults else "explained"
         other_laws = self.other_laws.among(kept, sure=verdict != "ambiguous") if verdict in NAMED else set()
-        if other_laws:
-            verdict, kept, shares, rivals = self._without(
-                other_laws, verdict, kept, shares, rivals, beside, alone
-            )
+        if other_laws and (instead := self._without(other_laws, kept, beside, alone)) is not None:
+            verdict, kept, shares, rivals = instead
         shares, repeats = self._beside_repeats(kept, shares)
         if verdict == "data_problem" and shares.left > NOT_THE_ANSWER:
             verdict, kept, rivals = "unknown_structure", [], ()
@@ -153,7 +151,7 @@ class UnseenTestsJudge:
         shares = self.beside.shares(kept, alone)
         if verdict in NAMED and self._in_another_form(kept, shares):
             kept = self.names.along_the_distance()
-            shares = self.beside.shares(kept) if kept else self.beside.shares([], alone)
+            shares = self.beside.shares(kept, alone)
             if not kept:
                 return "unknown_structure", [], shares
         verdict = self._verdict(verdict, kept, shares)
@@ -218,29 +216,25 @@ class UnseenTestsJudge:
         return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
 
     def _without(
-        self,
-        other_laws: set[str],
-        verdict: str,
-        kept: list[Fit],
-        shares: ErrorShares,
-        rivals: tuple[str, ...],
-        beside: Mapping[str, list[str]],
-        alone: float,
-    ) -> tuple[str, list[Fit], ErrorShares, tuple[str, ...]]:
-        """Return verdict, names, budget and rivals without names that only draw another law; what one draws, two along the distance may be."""
+        self, other_laws: set[str], kept: list[Fit], beside: Mapping[str, list[str]], alone: float
+    ) -> tuple[str, list[Fit], ErrorShares, tuple[str, ...]] | None:
+        """Return verdict, names, budget and rivals without names that only draw another law; None where the only name stays all the same.
+
+        What one of them draws, two along the distance may be.
+        """
         others = [f for f in kept if f.name not in other_laws]
-        if not others and (pair := self.names.along_the_distance()):
-            shares = self.beside.shares(pair)
+        pair = [] if others else self.names.along_the_distance()
+        shares = self.beside.shares(pair or others, alone)
+        if pair:
             rivals = told(pair, self._rivals(pair, shares))
             return "ambiguous" if rivals else "explained", pair, shares, rivals
-        left = self.beside.shares(others, alone)
-        if len(kept) == 1 and not left.missing > 0.0:
+        if len(kept) == 1 and not shares.missing > 0.0:
             # a law that turns is still the best there is where nothing but its name predicts anything
-            return verdict, kept, shares, rivals
+            return None
         if not others:
-            return "unknown_structure" if left.missing > 0.0 else "nothing_missing", [], left, ()
+            return "unknown_structure" if shares.missing > 0.0 else "nothing_missing", [], shares, ()
         rivals = told(others, beside)
-        return "ambiguous" if rivals else "partly_explained", others, left, rivals
+        return "ambiguous" if rivals else "partly_explained", others, shares, rivals
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""

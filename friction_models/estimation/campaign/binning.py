@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -141,6 +142,17 @@ class BinnedTests:
             means["T_tool"] = self.of_tests(self.metadata("T_tool"))
             del means["T"]
         return setting_of_tests(means, self.place)
+
+    def with_load(self, name: str, values: FloatArray) -> BinnedTests:
+        """Return the same bins with other values of a load, shape (n,); what was computed with the present ones stays behind."""
+        changed: Any = {name: values}
+        return replace(self, loads=replace(self.loads, **changed), integrated={}, smooth=None)
+
+    def spread(self, tests: npt.NDArray[np.intp], most: int) -> npt.NDArray[np.intp]:
+        """Return some tests, all or `most` of them, evenly spread over their loads whatever their names are; sorted."""
+        by_loads = tests[np.argsort(self.place[tests])]
+        count = min(len(tests), most)
+        return np.sort(by_loads[np.linspace(0, len(tests) - 1, count).astype(int)])
 
     def part(self, rows: npt.NDArray[np.bool_]) -> BinnedTests:
         """Return the points of some tests, binned, with their metadata."""

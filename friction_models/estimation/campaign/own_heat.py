@@ -6,8 +6,6 @@ loads let expect are tests of higher friction. A law of temperature, or a free c
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ...loads import FloatArray
@@ -51,7 +49,7 @@ def without_own_heat(campaign: BinnedTests) -> BinnedTests:
     limits = QUANTITIES["T"]
     if np.any((limits.lower > T) | (limits.upper < T)):
         return campaign  # what a test starts from is not what its table says
-    return replace(campaign, loads=replace(campaign.loads, T=T), integrated={}, smooth=None)
+    return campaign.with_load("T", T)
 
 
 def _usual_heating(campaign: BinnedTests) -> tuple[FloatArray, FloatArray] | None:

@@ -7,7 +7,6 @@ so that the offsets of the tests do not bias what varies within them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -162,8 +161,7 @@ class JointProblem:
 
     @cached_property
     def _at_rest(self) -> BinnedTests:
-        loads = self.campaign.loads
-        return replace(self.campaign, loads=replace(loads, v_rel=np.zeros_like(loads.v_rel)))
+        return self.campaign.with_load("v_rel", np.zeros(len(self.campaign.mu)))
 
     def solve(
         self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None

@@ -119,9 +119,7 @@ def estimate(
     `y`, shape (m,), are bin means of mu, or of a residual; an earlier estimate may be the `start`.
     """
     if len(campaign.tests) > MOST_TESTS:
-        # of all loads, whatever the tests are called
-        some = np.linspace(0, len(campaign.tests) - 1, MOST_TESTS).astype(int)
-        some = np.sort(np.argsort(campaign.place)[np.unique(some)])
+        some = campaign.spread(np.arange(len(campaign.tests)), MOST_TESTS)
         layout, rows = layout.subset(some)
         y, mean = y[rows], mean[rows]
     mean = independent_columns(mean)

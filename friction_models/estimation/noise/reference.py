@@ -152,9 +152,7 @@ class Reference:
 
     def _some(self, seen: Mask) -> Mask:
         """Return the bins of tests that were seen; of many tests, of as many as are enough, taken evenly from their loads."""
-        own = np.unique(self.campaign.test[seen])
-        own = own[np.argsort(self.campaign.place[own])]
-        some = own[np.unique(np.linspace(0, len(own) - 1, min(len(own), MOST_TESTS)).astype(int))]
+        some = self.campaign.spread(np.unique(self.campaign.test[seen]), MOST_TESTS)
         return np.isin(self.campaign.test, some)
 
     def _without(self, needless: Iterable[str]) -> Reference:

@@ -119,9 +119,10 @@ def evaluate(
     shapes = {n: g.ravel() for n, g in zip(names, mesh, strict=True)}
     rows = {n: g[None, :] for n, g in shapes.items()}
     sets = mesh[0].size if names else 1
+    columns = bin_means(effect, campaign, mu, rows, sets)
     if effect.states:
         check_step(effect, campaign, mu, rows)
-    return Candidate(effect, shapes, bin_means(effect, campaign, mu, rows, sets))
+    return Candidate(effect, shapes, columns)
 
 
 def evaluate_all(

@@ -43,7 +43,7 @@ def finite(
 ) -> None:
     """Raise InputError if for no set of shape parameters all of what an effect gives at points, shape (n, sets) each, is finite; its squares, too."""
     known = [(np.abs(np.atleast_2d(c)) < LARGEST).all(axis=0) for c in columns]
-    if any(np.all(sets) for sets in zip(*np.broadcast_arrays(*known), strict=True)):
+    if np.logical_and.reduce(np.broadcast_arrays(*known)).any():
         return
     where = ", ".join(f"{n} = {float(np.ravel(v)[0]):.3g}" for n, v in shape.items())
     raise InputError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +20,8 @@ from .checked_call import called, finite, shaped
 OPS = NumpyOps()
 #: Points at which steps are compared with rates; a short step changes a state by such a share of it, and takes so many seconds at most.
 TRIED, SHORT, SHORTEST = 5, 1e-5, 1e-6
+#: Share of the rate within which it agrees with the step, and share of the state a second that rounding makes of a short step.
+AGREES, ROUNDED = 0.01, 1e-6
 
 
 def integrate(
@@ -57,8 +59,8 @@ def check_step(
     Some points are tried, with the first set of shape parameters.
     """
     kind = type(effect)
-    linear = kind.linear_step is not Effect.linear_step
-    if kind.rate is Effect.rate or not (linear or kind.advance is not Effect.advance):
+    stepped = kind.linear_step is not Effect.linear_step or kind.advance is not Effect.advance
+    if kind.rate is Effect.rate or not stepped:
         return
     moving = np.flatnonzero(campaign.loads.v_rel > 0.0)
     rows = moving[np.linspace(0, len(moving) - 1, min(len(moving), TRIED)).astype(int)]
@@ -72,14 +74,10 @@ def check_step(
     rates = called(effect, "rate", len(names), OPS, L, one, context)
     fastest = np.max([np.abs(r) / np.abs(v) for r, v in zip(rates, values, strict=True)], axis=0)
     dt = np.minimum(SHORT / np.maximum(fastest, 1e-300), SHORTEST)
-    if linear:
-        step = called(effect, "linear_step", 2 * len(names), OPS, L, one, replace(context, state={}), dt)
-        after = tuple(v * keep + gain for v, keep, gain in zip(values, step[::2], step[1::2], strict=True))
-    else:
-        after = called(effect, "advance", len(names), OPS, L, one, context, dt)
+    after = called(effect, "advance", len(names), OPS, L, one, context, dt)
     for name, value, new, rate in zip(names, values, after, rates, strict=True):
         change = (new - value) / dt
-        off = np.abs(change - rate) > 0.01 * np.abs(rate) + SHORTEST * np.abs(value)
+        off = np.abs(change - rate) > AGREES * np.abs(rate) + ROUNDED * np.abs(value)
         if off.any():
             k = int(np.argmax(off))
             stated, stepped_by = (float(np.broadcast_to(x, off.shape)[k, 0]) for x in (rate, change))

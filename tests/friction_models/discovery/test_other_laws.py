@@ -12,9 +12,7 @@ from friction_models.discovery import diagnose
 Floats = npt.NDArray[np.float64]
 
 
-def many_tests(
-    seed: int, tests: int = 50, points: int = 30, T: tuple[float, float] = (20.0, 200.0)
-) -> pd.DataFrame:
+def many_tests(seed: int, tests: int = 50, points: int = 30) -> pd.DataFrame:
     """Tests over 60 mm, each at loads of its own; mu holds the scatter of the tests and the noise of the sensor. [mm, MPa, mm/s, degC]"""
     rng = np.random.default_rng(seed)
     sd = np.linspace(0.0, 60.0, points)
@@ -23,7 +21,7 @@ def many_tests(
         v, p = 10.0 ** rng.uniform(0.5, 2.3), rng.uniform(150.0, 1800.0)
         loads = {
             "v_rel": v,
-            "T": rng.uniform(*T) + 0.01 * p * np.sqrt(sd / 60.0),
+            "T": rng.uniform(20.0, 200.0) + 0.01 * p * np.sqrt(sd / 60.0),
             "sigma_n": p,
             "psi": rng.uniform(1.1, 3.0),
         }

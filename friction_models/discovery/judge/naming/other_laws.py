@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ....estimation.campaign.binning import BinnedTests
 from ....estimation.search.law_signs import imitates
 from ....estimation.search.scan import Fit
-from ....loads import LOAD_NAMES
 from ..beside_reference import effects_of
 from ..error_budget import fall
 from ..unseen_tests import UnseenTests
@@ -45,14 +44,27 @@ class OtherLaws:
             if f.effect.kind != "fault" and any(loads[k] & other for j, other in enumerate(loads) if j != k)
         }
         unknown = {t.name for t in fitted.terms if not t.sized} & sharing
+        drawn = {f.name for f, beside in self._imitating(kept, sure) if self._is_a_bend(f, beside)}
+        return drawn | (unknown if len(unknown) > 1 else set())
+
+    def sharper(self, kept: Sequence[Fit]) -> frozenset[str]:
+        """Return the names that cancel slopes of the model, but that unseen tests prefer to all plain bends: their form turns mu."""
+        found = set[str]()
+        for fit, beside in self._imitating(kept, sure=True):
+            parabola, bend = self._against_bends(fit, beside)
+            if parabola > CERTAIN and bend > 0.0:
+                found.add(fit.name)
+        return frozenset(found)
+
+    def _imitating(self, kept: Sequence[Fit], sure: bool) -> Iterator[tuple[Fit, list[Fit]]]:
+        """Yield the names that may draw another law along their load, by cancelling slopes of the model, each with the others."""
+        if not kept:
+            return
+        fitted = self.unseen.fitted(effects_of(kept))
         base = fitted.base(self.campaign)
-        imitating = {
-            f.name
-            for f, term in zip(kept, fitted.terms, strict=True)
-            if imitates(self.campaign, f.effect, base, term.binned, sure)
-            and self._is_a_bend(f, [g for g in kept if g is not f])
-        }
-        return imitating | (unknown if len(unknown) > 1 else set())
+        for fit, term in zip(kept, fitted.terms, strict=True):
+            if imitates(self.campaign, fit.effect, base, term.binned, sure):
+                yield fit, [f for f in kept if f is not fit]
 
     def _against_bends(self, fit: Fit, beside: Sequence[Fit]) -> tuple[float, float]:
         """Return by how many standard errors unseen tests prefer an effect to a parabola along its load, and to any plain bend."""
@@ -66,13 +78,3 @@ class OtherLaws:
         """Return whether unseen tests prefer a plain bend to an effect that turns mu: another law, which the effect only imitates."""
         parabola, bend = self._against_bends(fit, beside)
         return parabola < 0.0 or bend < -APART
-
-    def sharper(self, kept: Sequence[Fit]) -> frozenset[str]:
-        """Return the names of one load that unseen tests prefer to all plain bends: where mu turns, their form turns it."""
-        found = set[str]()
-        for fit in kept:
-            if len(fit.effect.driver) == 1 and fit.effect.driver[0] in LOAD_NAMES:
-                parabola, bend = self._against_bends(fit, [f for f in kept if f is not fit])
-                if parabola > CERTAIN and bend > 0.0:
-                    found.add(fit.name)
-        return frozenset(found)

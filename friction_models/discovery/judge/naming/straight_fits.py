@@ -54,7 +54,7 @@ class StraightFits:
         """Return `errors_of_form` of an effect that sees the mean of a load everywhere."""
         campaign, candidate = self.campaign, fit.prepared.candidate
         column = getattr(campaign.loads, load)
-        held = replace(campaign, loads=replace(campaign.loads, **{load: np.full_like(column, column.mean())}))
+        held = campaign.with_load(load, np.full_like(column, column.mean()))
         shapes = {name: values[None, :] for name, values in candidate.shapes.items()}
         sets = candidate.columns.shape[1]
         columns = bin_means(candidate.effect, held, campaign.mu, shapes, sets)

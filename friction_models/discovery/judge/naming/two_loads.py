@@ -51,21 +51,21 @@ class TwoLoads:
 
         Friction that rises with pressure is no breakdown of hot films, though one that hardly feels the temperature rises as well.
         """
-        return {f.name for f in kept if any(self._without(kept, f, load) for load in self._needed(f))}
+        return {f.name for f in kept if any(self._needless(kept, f, load) for load in self._needed(f))}
 
-    def _without(self, kept: Sequence[Fit], fit: Fit, load: str) -> bool:
+    def _needless(self, kept: Sequence[Fit], fit: Fit, load: str) -> bool:
         """Return whether a name predicts unseen tests as well without a load, and better than all effects of its other loads do."""
         straight, beside = self.names.straight, [f for f in kept if f is not fit]
         held = straight.errors_with_held(fit, load, beside)
         if fall(held, straight.errors_of_form(fit, beside))[1] >= BETTER:
             return False
-        left = {d for d in self._loads(fit) if d != load}
+        left = {*self._loads(fit)} - {load}
         others = (
-            f for f in self.names.found.ranking if {*self._loads(f)} <= left and f.effect.kind == "physics"
+            f
+            for f in self.names.found.ranking
+            if f.effect.kind == "physics" and (own := {*self._loads(f)}) and own <= left
         )
-        return all(
-            fall(straight.errors_of_form(f, beside), held)[1] >= APART for f in others if self._loads(f)
-        )
+        return all(fall(straight.errors_of_form(f, beside), held)[1] >= APART for f in others)
 
     def _needed(self, fit: Fit) -> list[str]:
         """Return the loads that an effect needs, where these are several, and that vary here."""
