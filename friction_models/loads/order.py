@@ -112,18 +112,39 @@ def _numbered(names: Names) -> tuple[Rows, bool]:
     return np.asarray(pd.factorize(runs)[0][piece], dtype=np.intp), False
 
 
+def about_falls(test_id: npt.ArrayLike, sd: npt.ArrayLike) -> list[str]:
+    """Return what to say of tests within which the distance [mm] falls: points out of order; both of shape (n,).
+
+    Examples
+    --------
+    >>> about_falls(["a", "a", "b", "b"], [0.0, 5.0, 5.0, 0.0])
+    ['sd falls within one test: are its points out of order? they are taken in the order of the table']
+    """
+    names = np.asarray(test_id).astype(str)
+    tests = len(np.unique(names[_fallen(np.asarray(sd, dtype=np.float64), names)]))
+    if not tests:
+        return []
+    where = "one test: are its points" if tests == 1 else f"{tests} tests: are their points"
+    return [f"sd falls within {where} out of order? they are taken in the order of the table"]
+
+
 def _falls(way: Numbers, names: Names) -> int | None:
     """Return where the distance first falls within a test, None where it does not."""
+    fallen = _fallen(way, names)
+    return int(np.argmax(fallen)) if fallen.any() else None
+
+
+def _fallen(way: Numbers, names: Names) -> npt.NDArray[np.bool_]:
+    """Return which points lie behind an earlier one of their test, shape (n,)."""
     if len(way) < 2:
-        return None
+        return np.zeros(len(way), dtype=bool)
     import pandas as pd
 
     number = np.cumsum(np.r_[True, names[1:] != names[:-1]])
     tests = pd.Series(way).groupby(number)
     highest = tests.cummax().to_numpy()
     span = tests.transform("max").to_numpy() - tests.transform("min").to_numpy()
-    falls = highest - way > FALL * span
-    return int(np.argmax(falls)) if falls.any() else None
+    return np.asarray(highest - way > FALL * span)
 
 
 def _named(names: Names, row: int) -> str:

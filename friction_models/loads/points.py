@@ -13,7 +13,7 @@ import pandas as pd
 from ..common.errors import InputError
 from .columns import measured_loads, missing_column
 from .contract import MEASURED_MU, POINT_COLUMNS, QUANTITIES, TIME
-from .order import order_of_tests
+from .order import about_falls, order_of_tests
 from .table import read_table
 from .tribo_loads import check_column
 
@@ -97,6 +97,8 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
             f"taken as one, {how}"
         )
         frame, kept = frame.iloc[order], kept[order]
+    if "sd" in frame.columns:
+        notes += [f"{where}: {text}" for text in about_falls(frame["test_id"], frame["sd"])]
     if need_mu:
         notes += about_copies(frame, where)
     front = [c for c in POINT_COLUMNS if c in frame.columns]

@@ -27,13 +27,15 @@ MAX_BYTES = 2 * 1024**3
 KNOWN_UNITS: dict[str, str] = {**SETTING_UNITS, **UNCERTAINTY_UNITS, **POINT_UNITS}
 #: Columns that decide what a file is for; another spelling of one of them is not left unread.
 _NEEDED = ("test_id", *POINT_UNITS, "role", "synthetic")
+#: What separates the columns of a text file.
+SEPARATORS = ",;\t|"
 _TEXT = (".csv", ".txt", ".dat", ".tsv", ".asc")
 #: Rows from which separator, decimal sign and width are taken.
 _SAMPLE = 200
 _WITH_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _WITH_POINT = re.compile(r"[+-]?\d*\.\d+([eE][+-]?\d+)?")
 #: A row of names: one of its cells is `test_id`.
-_HEADER = re.compile(r"""(^|[,;\t])\s*"?test_id"?\s*(\[[^]]*\]\s*)?($|[,;\t\r\n])""")
+_HEADER = re.compile(r"""(^|[,;\t|])\s*"?test_id"?\s*(\[[^]]*\]\s*)?($|[,;\t|\r\n])""")
 #: What is no separator in a header. A bracket ends at the next one of either kind: else thousands that open, and never close, are each
 #: followed to the end of the line.
 _QUOTED = re.compile(r'"[^"]*"|\[[^\[\]]*\]')
@@ -114,7 +116,7 @@ def read_file(
 ) -> Table:
     """Read a CSV or Parquet table as it stands in the file.
 
-    CSV: comma, semicolon or tab, decimal point or comma; lines above a row of names with `test_id` are passed over; UTF-8, UTF-16 with a byte order mark, or Windows-1252. Units
+    CSV: comma, semicolon, tab or vertical bar, decimal point or comma; lines above a row of names with `test_id` are passed over; UTF-8, UTF-16 with a byte order mark, or Windows-1252. Units
     stand in the header (``T [K]``, ``T (K)``) or in a row below it.
 
     `known` has the unit of each column that measures a known quantity: by them a row of units is told from numbers.
@@ -161,6 +163,10 @@ def _read_csv(file: Path, known: Mapping[str, str]) -> tuple[pd.DataFrame, list[
         filled = ((above + rows.line_num, row) for row in rows if any(map(str.strip, row)))
         (skip, headings), *sample = islice(filled, _SAMPLE)
     headings = [h.strip() for h in headings]
+    if len(headings) == 1 and "test_id" in headings[0].split()[1:] + headings[0].split()[:-1]:
+        raise InputError(
+            f"{file}: blanks between the columns ({shown(headings[0], 30)!r}); allowed: comma, semicolon, tab or vertical bar"
+        )
     declared = len(headings)
     names, units = _names(headings, str(file), known)
     if sample and (row_units := _units_row(names, sample[0][1], known)):
@@ -199,7 +205,7 @@ def header_of(file: Path) -> tuple[int, str]:
         raise InputError(f"{file}: the file is empty; allowed: names of columns, and rows below them")
     # What a laboratory writes above the names of the columns is passed over.
     above, header = next(((k, line) for k, line in lines if _HEADER.search(line)), lines[0])
-    return above, max(",;\t", key=_QUOTED.sub("", header).count)
+    return above, max(SEPARATORS, key=_QUOTED.sub("", header).count)
 
 
 def bounded(cells: pd.Series) -> pd.Series:

@@ -40,12 +40,15 @@ def check_column(
     friction_models.common.errors.InputError: points.csv: column 'mu', row 1: value 50.0 is outside the allowed range 0 to 10
     """
     try:
+        if np.iscomplexobj(values):  # a cast would drop the imaginary part
+            raise TypeError
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         import pandas as pd
 
         cells = np.ravel(np.asarray(values, dtype=object))
         text = pd.isna(pd.to_numeric(pd.Series(cells), errors="coerce")) & ~pd.isna(cells)
+        text |= np.array([isinstance(cell, complex) for cell in cells])
         row = int(np.argmax(text))
         unit = "" if quantity.unit == "1" else f" in {quantity.unit}"
         raise InputError(

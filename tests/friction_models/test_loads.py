@@ -21,7 +21,7 @@ from friction_models.common import (
     write_json,
 )
 from friction_models.common.folders import RUN
-from friction_models.loads import LOAD_NAMES, LOADS, DataSet, TriboLoads
+from friction_models.loads import LOAD_NAMES, LOADS, MU, DataSet, TriboLoads, check_column
 
 UNITS = {"v_rel": "mm/s", "T": "degC", "sigma_n": "MPa", "sd": "mm", "psi": "1"}
 
@@ -181,3 +181,9 @@ def test_nearest_name() -> None:
     assert nearest("process", ["abaqus", "native", "radioss", "ufric"]) is None
     assert nearest("poly", ["linear", "polynomial"]) == "polynomial" and nearest("", ["linear"]) is None
     assert "did you mean 'linear'?" in str(unknown_name("model", "liniar", ["linear", "ffnn"]))
+
+
+@pytest.mark.parametrize("values", [np.array([0.1, 0.1 + 0.2j]), [0.1, 0.1 + 0.2j]])
+def test_a_complex_number_is_none_of_friction(values: object) -> None:
+    with pytest.raises(InputError, match=r"row [01]: value \(0\.1\+0(\.2)?j\) is not a number"):
+        check_column(values, MU)  # type: ignore[arg-type]

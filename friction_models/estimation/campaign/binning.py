@@ -24,6 +24,7 @@ from ...loads import (
     not_measured,
 )
 from ...loads.contract import QUANTITIES, behind
+from ...loads.order import about_falls
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .clipping import about_clipping
 from .conflicting_loads import about_conflicts
@@ -244,7 +245,8 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     frame = frame.sort_values("test_id", kind="stable").reset_index(drop=True)
     frame = thinned(frame, 4 * BINS, warnings)
     loads = TriboLoads.from_frame(frame, tests)
-    warnings += [*_about_order(loads), *about_table(loads)]
+    order = [] if loads.test_id is None else about_falls(loads.test_id, loads.sd)
+    warnings += [*order, *about_table(loads)]
     loads, lone = without_load_spikes(loads, frame["test_id"].to_numpy(dtype=str), warnings)
     measured = check_column(frame["mu"].to_numpy(), MEASURED_MU, "data")
     about_negative(measured, "data")  # refuses the wrong sign
@@ -328,17 +330,3 @@ def _progress(
         else:  # every point is its own bin: aim at the middle of successive slots
             progress[a:b] = ((np.arange(b - a) + 0.5) / bins) ** FINENESS
     return progress, distance
-
-
-def _about_order(loads: TriboLoads) -> list[str]:
-    """Return a warning where the distance falls within tests: points out of order."""
-    if loads.test_id is None or len(loads) < 2:
-        return []
-    falls = (np.diff(loads.sd) < -1e-6 * max(float(np.ptp(loads.sd)), 1e-300)) & (
-        loads.test_id[1:] == loads.test_id[:-1]
-    )
-    tests = len(np.unique(loads.test_id[1:][falls]))
-    if not tests:
-        return []
-    where = "one test: are its points" if tests == 1 else f"{tests} tests: are their points"
-    return [f"sd falls within {where} out of order? they are taken in the order of the table"]

@@ -127,7 +127,7 @@ def read_data(
 
         found = metadata_remarks(variables, dataset.tests, dataset.points["test_id"].unique())
         notes += [f"{data}: {remark}" for remark in dict.fromkeys(found)]
-    for text in (*notes, *_misspelt_roles(dataset, data), *_not_measured(dataset, data), *dataset.notes):
+    for text in (*notes, *_misspelt_roles(dataset, data), *_unmatched(dataset, data), *dataset.notes):
         note(text)
     return dataset
 
@@ -146,15 +146,24 @@ def _misspelt_roles(dataset: DataSet, where: object) -> list[str]:
     ]
 
 
-def _not_measured(dataset: DataSet, where: object) -> list[str]:
-    """Return a note about tests of the table that have no points."""
+def _unmatched(dataset: DataSet, where: object) -> list[str]:
+    """Return notes about tests of the table that have no points, and points whose tests the table lacks."""
     if dataset.tests is None:
         return []
-    listed = dataset.tests["test_id"]
-    empty = listed[~listed.isin(dataset.points["test_id"])].astype(str).tolist()
-    if not empty:
-        return []
-    return [f"{where}: {counted(len(empty), 'test')} of the table without points ({first_names(empty)})"]
+    listed, measured = (frame["test_id"].astype(str) for frame in (dataset.tests, dataset.points))
+    empty = listed[~listed.isin(measured)].tolist()
+    unlisted = measured[~measured.isin(listed)].unique().tolist()
+    notes = []
+    if empty:
+        notes.append(
+            f"{where}: {counted(len(empty), 'test')} of the table without points ({first_names(empty)})"
+        )
+    if unlisted:
+        notes.append(
+            f"{where}: {counted(len(unlisted), 'test')} without a row in the table of tests ({first_names(unlisted)}): for "
+            "training, and nothing else is known of them"
+        )
+    return notes
 
 
 def learning_part(dataset: DataSet, where: object) -> DataSet:

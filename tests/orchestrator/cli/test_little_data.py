@@ -80,6 +80,28 @@ def test_roles_without_one_to_learn_from_are_named(command: list[str], told: Sai
     assert "1 test of the table without points (planned)" in err
 
 
+@pytest.mark.parametrize("command", ["evaluate", "predict", "train"])
+def test_points_that_no_table_describes_and_distances_that_fall_are_told(
+    command: str, told: Said, tmp_path: Path
+) -> None:
+    (tmp_path / "data").mkdir()
+    head, rows = "test_id,t,v_rel,sd,mu\n", "a,0,10,0,0.1\na,1,10,5,0.1\nb,0,20,0,0.2\nb,1,20,5,0.1\n"
+    (tmp_path / "data/points.csv").write_text(head + rows)
+    (tmp_path / "data/tests.csv").write_text("test_id,role\na,train\nb,test\n")
+    assert told("train", "linear", "--data", "data", "-o", "m")[0] == 0
+    arguments = {
+        "evaluate": ["m", "--data", "data"],
+        "predict": ["m", "--data", "data", "-o", "p.csv"],
+        "train": ["linear", "--data", "data", "-o", "n"],
+    }[command]
+    _, _, err = told(command, *arguments)
+    assert "of tests" not in err and "falls" not in err
+    (tmp_path / "data/points.csv").write_text(head + rows + "c,0,10,5,0.1\nc,1,10,0,0.1\n")
+    code, _, err = told(command, *arguments)
+    assert code == 0 and "1 test without a row in the table of tests (c): for training" in err
+    assert "sd falls within one test" in err
+
+
 def test_an_earlier_answer_that_is_not_there_is_told(told: Said, tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text(HEAD + "a,10,100,0.1\nb,20,100,0.1\n")
     code, _, err = told("diagnose", "--data", "data.csv", "--model", "linear", "--after", "nope.json")
