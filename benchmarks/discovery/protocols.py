@@ -126,11 +126,11 @@ def one(hidden: str, plan: str, seed: int) -> Outcome:
 
 
 def rival_of(entry: NextTest, hidden: str) -> str:
-    """Return what a proposal tells the truth from; empty where the truth is none of the two."""
+    """Return what a proposal tells the truth from; empty where it is of other effects, or of the truth alone."""
     pair = list(entry["separates"])
     if entry["protocol"] == "zero reading" and hidden != ZERO:
         return ZERO  # a reading tells the fault from any law
-    return next(n for n in pair if n != hidden) if hidden in pair else ""
+    return next((n for n in pair if n != hidden), "") if hidden in pair else ""
 
 
 def _again(

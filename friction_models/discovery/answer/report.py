@@ -75,7 +75,7 @@ def _budget(d: Findings) -> list[str]:
     before = math.hypot(after, budget["explained"])
     f, parts = mu_format(before), parts_of_floor(floor)
     lines = [
-        f"Error budget of the {d.model} model (rms of mu in the averages, divided as whole unseen tests show it)",
+        f"Error budget of the {d.model} model (rms of mu in the averages; the squares add up, and whole unseen tests divide them)",
         f"  before        {before:{f}}",
         f"  noise floor   {budget['floor']:{f}}   (95 %: {low:{f}} to {high:{f}}{f'; {parts}' if parts else ''})",
     ]
