@@ -105,6 +105,7 @@ def assemble(
             knows_noise=judged.knows_noise,
             odd_kept=judged.odd_kept,
             unread=unread,
+            on_one=bool(causes.on_one),
             other_cause=causes.do_as_well,
         ),
         most,

@@ -58,8 +58,8 @@ class OtherCauses:
 
     @property
     def do_as_well(self) -> bool:
-        """Whether one of them does as well as a name."""
-        return bool(self.on_one or self.jumps or self.instead) or self.another_law
+        """Whether a jump or another law does as well as a name."""
+        return bool(self.jumps or self.instead) or self.another_law
 
     def warnings(self) -> list[str]:
         """Return what there is to say of them, but of the factor and of another law, which have their own places."""

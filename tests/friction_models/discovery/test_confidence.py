@@ -97,6 +97,7 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         knows_noise=False,
         odd_kept=odd,
         unread=False,
+        on_one=False,
         other_cause=False,
     )
     assert (said > 0.9) is (sure and not odd) and ((sure and not odd) or said <= 0.5)
