@@ -9,7 +9,7 @@ import numpy as np
 
 from ..effects import Batch
 from ..effects.metadata.factor import numbered
-from ..estimation.campaign.binning import BinnedTests
+from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.factors import labels_of
 from ..estimation.campaign.gaps import gaps_between_tests, gaps_text
 from ..estimation.fit.open_gaps import OpenGap, open_gaps

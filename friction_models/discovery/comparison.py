@@ -13,7 +13,8 @@ import pandas as pd
 from ..common import InputError
 from ..common.imports.drawn import Drawn
 from ..common.wording import counted
-from ..estimation.campaign.binning import BinnedTests, prepare
+from ..estimation.campaign.binned_tests import BinnedTests
+from ..estimation.campaign.binning import prepare
 from ..loads import FloatArray
 from ..models.measures import predict_points
 from ..models.model_card import Seen, seen_in_training

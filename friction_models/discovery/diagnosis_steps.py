@@ -20,7 +20,8 @@ from ..common.processes.stages import Stages
 from ..effects import CATALOGUE, make_effect
 from ..effects.base import Effect
 from ..effects.together import check_together
-from ..estimation.campaign.binning import BinnedTests, prepare
+from ..estimation.campaign.binned_tests import BinnedTests
+from ..estimation.campaign.binning import prepare
 from ..estimation.campaign.factors import factors_of
 from ..estimation.noise.noise_floor import NoiseFloor
 from ..estimation.search.base_law import BaseLaw, base_law

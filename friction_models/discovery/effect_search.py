@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..estimation.campaign.binning import BinnedTests
+from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.curves import spline_columns
 from ..estimation.noise.noise_floor import NoiseFloor
 from ..estimation.search.base_law import BaseLaw

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..common import InputError
-from ..estimation.campaign.binning import BinnedTests
+from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.metadata import NOT_METADATA
 from ..estimation.campaign.own_heat import without_own_heat
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns

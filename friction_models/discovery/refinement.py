@@ -15,7 +15,8 @@ from ..common.processes.pool import Progress
 from ..common.wording import first_names
 from ..effects import make_effect
 from ..effects.base import Effect
-from ..estimation.campaign.binning import BinnedTests, prepare
+from ..estimation.campaign.binned_tests import BinnedTests
+from ..estimation.campaign.binning import part_of, prepare
 from ..estimation.campaign.factors import check_factors
 from ..estimation.campaign.metadata import with_all_metadata
 from ..estimation.fit.joint_fit import surrogate
@@ -137,7 +138,7 @@ def refine(
                 f"refine: adding {', '.join(e.name for e in added)} raises the error on {by} from "
                 f"{entry['before']['rmse']:.5f} to {entry['after']['rmse']:.5f}; allowed: additions that do not, or --force (in Python force=True)"
             )
-        learned = campaign if held is None else campaign.part(rows)
+        learned = campaign if held is None else part_of(campaign, rows)
         terms = fit_terms(learned, surrogate(clone(inner), learned), held_effects)
         entry["warnings"] = about_the_fit(learned, terms)
         if odd:

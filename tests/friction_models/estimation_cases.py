@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from friction_models import LinearFriction
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law
 from friction_models.estimation.search.candidates import Candidate
 from friction_models.estimation.search.search_round import SearchRound, search

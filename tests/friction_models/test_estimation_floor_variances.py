@@ -8,7 +8,8 @@ from scipy.linalg import null_space
 from scipy.optimize import approx_fprime, minimize
 from scipy.stats import multivariate_normal
 
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.floor_variances import LENGTH_PRIOR, USUAL, VariancesOfFloor
 from friction_models.estimation.noise.layout import Layout
 from friction_models.loads import FloatArray

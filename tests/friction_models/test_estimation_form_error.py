@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import kstest, multivariate_normal
 
 from friction_models.discovery.judge.verdict import STRUCTURE_LEVEL
-from friction_models.estimation.campaign.binning import BinnedTests
+from friction_models.estimation.campaign.binned_tests import BinnedTests
 from friction_models.estimation.search.form_error import FORM_ERROR, FormErrors, evidence, form_variance
 from friction_models.estimation.search.scan import Fit, Projector, best_fit, prepare_candidate, rank
 from friction_models.estimation.search.search_round import SearchRound

@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 from scipy.stats import spearmanr
 
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.histories import histories
 
 from .test_estimation_reference import SCATTER, plain, reference_of

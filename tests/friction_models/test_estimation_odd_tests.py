@@ -10,7 +10,8 @@ import pytest
 
 from friction_models import LinearFriction
 from friction_models.discovery import judged_tests
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.noise_floor import NoiseFloor
 from friction_models.estimation.noise.odd_tests import OddTests, odd_tests, too_many_text
 from friction_models.estimation.search.base_law import base_law

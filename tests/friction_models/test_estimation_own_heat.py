@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.campaign.own_heat import without_own_heat
 
 LAW = 0.08

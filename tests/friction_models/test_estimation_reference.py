@@ -11,7 +11,8 @@ import pandas as pd
 import pytest
 
 from friction_models import LinearFriction
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise import reference_variances as module
 from friction_models.estimation.noise.newton import Likelihood
 from friction_models.estimation.noise.noise_floor import NoiseFloor

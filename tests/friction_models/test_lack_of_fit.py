@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.repeats import repeats_of
 
 SETTINGS, SCATTER = 15, 0.003

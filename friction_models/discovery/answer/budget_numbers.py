@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.open_gaps import OpenGap, open_gaps
 from ...estimation.fit.parameters import FittedTerms

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.fit.parameters import FittedTerms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...common.wording import counted
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.fit.parameters import FittedTerms
 from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.search_round import SearchRound

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.special import stdtrit
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.settings import AS_SET
 from ...estimation.fit.parameters import FittedTerm
 from ...estimation.search.search_round import SearchRound

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from sklearn.base import clone
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.fit.parameters import FittedTerm
 from ...estimation.noise.noise_floor import FloorFromLoads, NoiseFloorNumbers
 from ...estimation.search.base_law import BaseLaw

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...common.wording import first_names
-from ...estimation.campaign.binning import FEW_TESTS, BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
+from ...estimation.campaign.binning import FEW_TESTS
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.scan import Fit

@@ -11,7 +11,7 @@ from ...effects.base import EffectContext
 from ...effects.empirical.curves import Part, curve, factor
 from ...effects.empirical.effect import Empirical
 from ...effects.empirical.terms import Term
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.search.candidates import OPS, tested_ranges
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray

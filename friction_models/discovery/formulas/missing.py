@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.noise.noise_floor import Whitener
 from ...loads import FloatArray
 from ..judge.unseen_tests import UnseenTests

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .protocols import PlannedTest
 

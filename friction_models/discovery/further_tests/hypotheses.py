@@ -15,7 +15,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from ...effects.base import EffectContext
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.noise.regular import regular_root
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.candidates import load_columns

@@ -13,7 +13,7 @@ from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.gaps import Gap
 from ...estimation.campaign.metadata import levels_text
 from ...estimation.fit.open_gaps import OpenGap

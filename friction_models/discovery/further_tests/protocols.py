@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.gaps import Gap, gaps_of
 from ...loads import FloatArray, TriboLoads
 from ...loads.contract import QUANTITIES, SET_BY

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from ...effects.base import Effect
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.noise.reference import Predicted, Reference
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound

@@ -13,7 +13,7 @@ from collections.abc import Collection
 import numpy as np
 from scipy.special import expit
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.clipping import clipped_share
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import EITHER

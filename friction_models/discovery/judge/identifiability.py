@@ -10,7 +10,7 @@ from scipy.stats import rankdata
 
 from ...effects.base import Effect
 from ...effects.metadata.factor import PREFIX
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.campaign.factors import factors_like, same_levels
 from ...estimation.campaign.metadata import levels_text

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.search.importance import LEAST_SHARE, error_share
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound

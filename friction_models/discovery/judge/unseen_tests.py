@@ -11,7 +11,8 @@ import numpy.typing as npt
 from sklearn.base import clone
 
 from ...effects.base import Effect
-from ...estimation.campaign.binning import BinnedTests, campaign_of
+from ...estimation.campaign.binned_tests import BinnedTests
+from ...estimation.campaign.binning import campaign_of, part_of
 from ...estimation.campaign.factors import as_fitted
 from ...estimation.campaign.metadata import with_all_metadata
 from ...estimation.fit.joint_problem import solve_jointly
@@ -246,6 +247,6 @@ def _beside(campaign: BinnedTests, law: BaseLaw, effects: Sequence[Effect], unse
 
 def _part(campaign: BinnedTests, law: BaseLaw, rows: Mask) -> tuple[BinnedTests, BaseLaw]:
     """Return the points of some tests, and the law there."""
-    return campaign.part(rows), BaseLaw(
+    return part_of(campaign, rows), BaseLaw(
         law.name, law.columns[rows], law.offset[rows], law.fixed, law.effects, law.model
     )

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...estimation.campaign.binning import BinnedTests
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.noise.repeats import Repeats, repeats_of
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
-from .binning import BinnedTests
+from .binned_tests import BinnedTests
 
 
 def curve(values: FloatArray, knots: int) -> FloatArray:

@@ -15,7 +15,7 @@ from ...effects.base import Effect
 from ...effects.metadata.factor import PREFIX, scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
-from .binning import BinnedTests
+from .binned_tests import BinnedTests
 from .metadata import MOST_LEVELS, NOT_METADATA, is_text
 
 #: Most columns that are tried.

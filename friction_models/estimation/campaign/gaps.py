@@ -10,7 +10,7 @@ import numpy as np
 from ...loads import LOAD_NAMES, POINT_UNITS, FloatArray
 from ...loads.contract import behind
 from ...loads.gaps import GAP, gap_places
-from .binning import BinnedTests
+from .binned_tests import BinnedTests
 from .curves import transformed
 
 #: A part of mu that changes over a gap by more than this share of its own change is not known there.

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...loads import FloatArray
 from ...loads.contract import QUANTITIES
-from .binning import BinnedTests
+from .binned_tests import BinnedTests
 from .curves import transformed
 
 #: Share of the variance of the logarithm of the heating that the other loads must explain: else it was set, not caused.

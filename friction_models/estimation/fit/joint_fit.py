@@ -14,7 +14,8 @@ from ...models.base import FrictionModel, Groups
 from ...models.domain import Domain
 from ...models.effective_variance import FitWeights
 from ...models.tangent import polynomial_columns
-from ..campaign.binning import BinnedTests, campaign_of
+from ..campaign.binned_tests import BinnedTests
+from ..campaign.binning import campaign_of
 from ..search.base_law import BaseLaw, base_law
 from .joint_problem import solve_jointly
 

@@ -17,7 +17,7 @@ from ...effects.base import Effect
 from ...effects.empirical.effect import Empirical
 from ...effects.parameters import ShapeParameter
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 from ...effects.base import Effect
 from ...effects.parameters import ShapeParameter
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.factors import as_fitted
 from ..search.base_law import BaseLaw
 from ..search.law_signs import largest_amplitudes

@@ -7,7 +7,7 @@ from scipy.stats import rankdata
 
 from ...loads import FloatArray
 from ...loads.time_steps import time_steps
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import on_scale, scaled_loads
 
 #: Share of the largest value below which a quantity that grows from nothing counts as its start.

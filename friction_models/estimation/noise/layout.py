@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 
 #: Factor on the variance of a bin that is left out.
 NO_WEIGHT = 1e6

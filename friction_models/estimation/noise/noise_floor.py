@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from .floor_variances import Variances, VariancesOfFloor
 from .layout import Layout, inverse_of_roots
 

@@ -13,7 +13,8 @@ from scipy.stats import kruskal, spearmanr
 from ...common.wording import first_names
 from ...loads import FloatArray
 from ...loads.splits import Mask
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
+from ..campaign.binning import part_of
 from ..campaign.curves import on_scale
 from ..campaign.metadata import MOST_LEVELS, is_text
 from ..campaign.settings import WARMS, Indexes, in_units, same_pairs
@@ -202,7 +203,7 @@ def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
         if len(names) == 1
         else (f"{what} far off what all others say and were left out ({told}): look at their records")
     )
-    return replace(campaign.part(keep), warnings=[*campaign.warnings, warning], spikes=campaign.spikes)
+    return replace(part_of(campaign, keep), warnings=[*campaign.warnings, warning], spikes=campaign.spikes)
 
 
 def too_many_text(names: list[str]) -> str:

@@ -18,7 +18,7 @@ from scipy.linalg import cho_solve
 
 from ...loads import FloatArray
 from ...loads.splits import Mask
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from .layout import Layout
 from .noise_floor import NoiseFloor, Whitener, independent_columns
 from .reference_curves import reference_curves

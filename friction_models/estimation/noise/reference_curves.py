@@ -10,7 +10,7 @@ import numpy as np
 
 from ...loads import FloatArray
 from ...loads.contract import ORDER
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import products, transformed
 from ..campaign.metadata import MOST_LEVELS, is_text
 from .histories import histories

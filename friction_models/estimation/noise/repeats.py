@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import chdtri, fdtri
 
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.metadata import MOST_LEVELS, is_text
 from ..campaign.settings import SAME_SETTING, Indexes, in_units, same_pairs
 from .noise_floor import RepeatsNumbers, independent_columns

@@ -13,7 +13,7 @@ from ...loads import FloatArray
 from ...models.base import FrictionModel
 from ...models.measures import ALLOWED, predict_points
 from ...models.tangent import MeasuredPoints
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from .candidates import evaluate_points
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..noise.noise_floor import independent_columns
 from .base_law import BaseLaw
 from .candidates import Candidate

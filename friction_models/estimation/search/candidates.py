@@ -13,7 +13,7 @@ from ...effects.empirical.curves import LEAST
 from ...effects.temperature.thermal_softening import ROOM
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.metadata import metadata_spans
 from .checked_call import called, finite, shaped
 from .memory import OPS, check_step, integrate

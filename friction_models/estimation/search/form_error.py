@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import curve, transformed
 from ..noise.noise_floor import Whitener
 from .scan import Fit, Projector, drops

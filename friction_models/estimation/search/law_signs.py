@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ...effects.base import Effect
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..noise.noise_floor import Whitener
 from .scan import Prepared, drops
 

@@ -14,7 +14,7 @@ from ...effects.base import Effect, EffectContext
 from ...expressions.ops import LoadColumns, NumpyOps
 from ...loads import FloatArray
 from ...loads.time_steps import rests, time_steps
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from .checked_call import called, finite, shaped
 
 OPS = NumpyOps()

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from .scan import Fit, Projector
 from .search_round import SearchRound
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...loads import FloatArray
 from ...models.tangent import polynomial_columns
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import on_scale
 from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate, independent_columns

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.contract import ORDER
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import curve, products, scaled_loads, spline_columns, transformed
 from ..campaign.metadata import is_text
 from .scan import Fit, Projector

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...loads import LOAD_NAMES, FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import spline_columns
 from ..noise.noise_floor import Whitener
 from .scan import VISIBLE, Fit, Projector, best_fit

@@ -13,7 +13,7 @@ import numpy as np
 from ...effects.base import Effect
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.time_steps import rests, time_steps
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from ..campaign.conflicting_loads import distance_by_speed
 from ..campaign.metadata import recorded
 from .scan import Fit

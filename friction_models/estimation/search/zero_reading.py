@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from ...loads import FloatArray
-from ..campaign.binning import BinnedTests
+from ..campaign.binned_tests import BinnedTests
 from .candidates import Candidate
 from .form_error import FORM_ERROR
 from .scan import Fit

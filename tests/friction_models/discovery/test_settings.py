@@ -12,7 +12,8 @@ from friction_models.discovery import diagnose
 from friction_models.discovery.effect_search import EffectSearch
 from friction_models.discovery.judge.unseen_tests import UnseenTests
 from friction_models.effects import make_effect
-from friction_models.estimation.campaign.binning import BinnedTests, prepare
+from friction_models.estimation.campaign.binned_tests import BinnedTests
+from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.odd_tests import odd_tests
 from friction_models.estimation.search.base_law import base_law
 from friction_models.estimation.search.candidates import evaluate_all, spans_of

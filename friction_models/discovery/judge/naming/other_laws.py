@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ....estimation.campaign.binning import BinnedTests
+from ....estimation.campaign.binned_tests import BinnedTests
 from ....estimation.search.law_signs import imitates
 from ....estimation.search.scan import Fit
 from ..beside_reference import effects_of

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ....estimation.campaign.binning import BinnedTests
+from ....estimation.campaign.binned_tests import BinnedTests
 from ....estimation.campaign.factors import factors_like
 from ....estimation.search.importance import LEAST_SHARE
 from ....estimation.search.rivalry import rivalry

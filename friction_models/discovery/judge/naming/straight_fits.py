@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ....estimation.campaign.binning import BinnedTests
+from ....estimation.campaign.binned_tests import BinnedTests
 from ....estimation.campaign.curves import transformed
 from ....estimation.search.candidates import bin_means
 from ....estimation.search.scan import Fit, best_fit, prepare_candidate
