@@ -11,10 +11,11 @@ from ..common import InputError
 from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.metadata import NOT_METADATA
 from ..estimation.campaign.own_heat import without_own_heat
-from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
-from ..estimation.noise.odd_tests import odd_tests, too_many_text, without_tests
+from ..estimation.noise.noise_floor import NoiseFloor, independent_columns, sensor_noise
+from ..estimation.noise.odd_tests import left_out_text, odd_tests, too_many_text, without_tests
 from ..estimation.search.base_law import BaseLaw, base_law
 from ..estimation.search.search_round import distrust_outliers
+from ..estimation.search.zero_reading import corrected_alone, corrected_text
 from ..families.registry import make_model
 from ..loads import LOAD_NAMES, require_loads
 from ..models.base import FrictionModel
@@ -54,14 +55,18 @@ def tests_beside(measured: BinnedTests, model: Any, seed: int) -> JudgedTests:
 
 
 def without_odd(found: JudgedTests, model: Any, seed: int) -> JudgedTests:
-    """Return the tests without odd ones; where there are some, a warning of the campaign names them."""
+    """Return the tests without odd ones, and those that only a reading of the friction cell sets apart; warnings of the campaign name them."""
     if found.base.fixed:
         return found
+    sensor = sensor_noise(found.measured, found.measured.mu)
+    if names := corrected_alone(found.campaign, sensor):
+        left = without_tests(found.measured, names, corrected_text(names))
+        found = replace(tests_beside(left, model, seed), odd=tuple(names))
     odd = odd_tests(found.campaign, found.campaign.average(found.base.columns), found.floor)
     judged = found
     if odd.few:
-        left = without_tests(found.measured, odd.few)
-        judged = replace(tests_beside(left, model, seed), odd=tuple(odd.few))
+        left = without_tests(found.measured, odd.few, left_out_text(odd.few))
+        judged = replace(tests_beside(left, model, seed), odd=(*found.odd, *odd.few))
     if odd.too_many:
         judged.campaign.warnings = [*judged.campaign.warnings, too_many_text(odd.too_many)]
         judged = replace(judged, odd_kept=True)

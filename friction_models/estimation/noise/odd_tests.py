@@ -193,17 +193,18 @@ def _reached(campaign: BinnedTests, kept: Mask, levels: list[Indexes]) -> Mask:
     return inside
 
 
-def without_tests(campaign: BinnedTests, names: list[str]) -> BinnedTests:
-    """Return the campaign without some tests, with a warning that names them."""
+def without_tests(campaign: BinnedTests, names: list[str], why: str) -> BinnedTests:
+    """Return the campaign without some tests, with a warning that names them and says `why`."""
     keep: npt.NDArray[np.bool_] = ~np.isin(np.array(campaign.tests)[campaign.point_test], names)
+    return replace(part_of(campaign, keep), warnings=[*campaign.warnings, why], spikes=campaign.spikes)
+
+
+def left_out_text(names: list[str]) -> str:
+    """Return what is said of odd tests that are left out."""
     told = first_names(names)
-    what = "one test lies" if len(names) == 1 else f"{len(names)} tests lie"
-    warning = (
-        f"{what} far off what all others say and was left out ({told}): look at its record"
-        if len(names) == 1
-        else (f"{what} far off what all others say and were left out ({told}): look at their records")
-    )
-    return replace(part_of(campaign, keep), warnings=[*campaign.warnings, warning], spikes=campaign.spikes)
+    if len(names) == 1:
+        return f"one test lies far off what all others say and was left out ({told}): look at its record"
+    return f"{len(names)} tests lie far off what all others say and were left out ({told}): look at their records"
 
 
 def too_many_text(names: list[str]) -> str:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ...common.wording import counted, first_names
 from ...loads import FloatArray
 from ..campaign.binned_tests import BinnedTests
 from .candidates import Candidate
@@ -85,9 +86,9 @@ def read_zero(campaign: BinnedTests, sensor: float) -> ZeroReading | None:
     table = campaign.loads.context
     if table is None or AFTER not in table.columns or AREA not in table.columns:
         return None
-    rows = table[table.index.isin(campaign.tests)]
-    after, area = _numbers(rows, AFTER), _numbers(rows, AREA)
-    before = np.nan_to_num(_numbers(rows, BEFORE))
+    # of a test whose record was left out the reading holds all the same
+    after, area = _numbers(table, AFTER), _numbers(table, AREA)
+    before = np.nan_to_num(_numbers(table, BEFORE))
     read, known = np.isfinite(after), area[np.isfinite(area) & (area > 0.0)]
     if not read.any() or not len(known):
         return None
@@ -101,6 +102,26 @@ def read_zero(campaign: BinnedTests, sensor: float) -> ZeroReading | None:
     std = float(np.hypot(std, cell_noise(sensor, campaign.loads.sigma_n, LEAST_READING)))
     spread = float(np.hypot(FORM_ERROR, np.std(known) / typical))
     return ZeroReading(min(kept, reading), max(kept, reading), max(std, 1e-12), spread, typical)
+
+
+def corrected_alone(campaign: BinnedTests, sensor: float) -> list[str]:
+    """Return the tests whose records a reading of the offset has corrected, where the others were not read: they contradict these."""
+    table = campaign.loads.context
+    reading = read_zero(campaign, sensor)
+    if table is None or reading is None or reading.present <= DECIDES:
+        return []
+    read = table.index[np.isfinite(_numbers(table, AFTER))]
+    names = [name for name in campaign.tests if name in read]
+    return names if 2 * len(names) < len(campaign.tests) else []
+
+
+def corrected_text(names: list[str]) -> str:
+    """Return what is said of tests that `corrected_alone` has found."""
+    many = len(names) > 1
+    return (
+        f"the friction force of {counted(len(names), 'test')} ({first_names(names)}) was corrected by {'their' if many else 'its'} own reading without load, "
+        f"that of the others was not: only the reading{'s are' if many else ' is'} used"
+    )
 
 
 def zero_is_known(campaign: BinnedTests, sensor: float) -> bool:

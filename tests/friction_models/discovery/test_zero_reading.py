@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from benchmarks.discovery_campaigns import campaign
@@ -67,6 +68,34 @@ def test_records_that_lost_a_part_of_the_offset_say_less() -> None:
     partly = ZeroReading(0.0, 10.0, 0.5, 0.1, AREA_MM2)
     assert partly.present == 0.0 and partly.against(4.0, 0.2) == 0.0
     assert partly.against(-3.0, 0.2) == pytest.approx(3.0 / np.sqrt(0.25 + 1.0 + 0.04))
+
+
+@pytest.mark.parametrize("seed", [4, 7])
+def test_a_test_that_its_reading_has_corrected_does_not_contradict_the_others(seed: int) -> None:
+    """A line between two readings takes half of the offset off the record of the test that was read, and nothing off the others."""
+    rng = np.random.default_rng(seed)
+    stress, names = 30.0, [f"t{k:02d}" for k in range(21)]
+    sd = np.linspace(0.2, 20.0, 40)
+    rows = []
+    for name in names:
+        first, v_rel, tool = (
+            np.exp(rng.uniform(np.log(400.0), np.log(2600.0))),
+            np.exp(rng.uniform(np.log(20.0), np.log(300.0))),
+            rng.uniform(20.0, 300.0),
+        )
+        read = name == names[-1]
+        if read:  # as it is proposed: at the lowest pressure
+            first, v_rel, tool = 450.0, 50.0, 30.0
+        sigma_n, T = first * (1.0 + 0.002 * sd), tool + 40.0 * np.sqrt(sd / 20.0)
+        mu = 0.06 - 5e-6 * T + rng.normal(0.0, 0.003) + stress / sigma_n * (0.5 if read else 1.0)
+        loads = {"t": sd / v_rel, "v_rel": v_rel, "T": T, "sigma_n": sigma_n, "sd": sd, "psi": 1.05}
+        rows.append(pd.DataFrame({"test_id": name, **loads, "mu": mu + rng.normal(0.0, 0.001, 40)}))
+    table = pd.DataFrame({"test_id": names, BEFORE: rng.normal(0.0, 20.0, 21), AFTER: np.nan, AREA: 180.0})
+    table.loc[20, AFTER] = stress * 180.0
+    found = diagnose(pd.concat(rows, ignore_index=True), table)
+    assert found.effects[0] == ZERO and found.confusion_set == [ZERO], found.sentence
+    assert needed(found) * 180.0 / AREA_MM2 == pytest.approx(stress * 180.0, rel=0.2)
+    assert any("1 test (t20) was corrected by its own reading" in w for w in found.warnings)
 
 
 def test_what_a_table_says_about_the_zero() -> None:
