@@ -10,7 +10,7 @@ from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.open_gaps import OpenGap, open_gaps
 from ...estimation.fit.parameters import FittedTerms
-from ...estimation.search.law_signs import imitates, turning_point
+from ...estimation.search.law_signs import imitates, turning_point, turns
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
 from ...loads.contract import behind
@@ -92,7 +92,8 @@ def tied_text(correlations: Sequence[tuple[str, str, float]]) -> list[str]:
 
 
 def draws_another_law(campaign: BinnedTests, fitted: FittedTerms, sharper: Collection[str]) -> bool:
-    """Return whether a name, or rivals of it, draws another law along its load by cancelling slopes of the base; not one that is `sharper`.
+    """Return whether a name, or rivals of it, draws another law along its load by cancelling slopes of the base; not one that is `sharper`,
+    unless it is the only name and mu as a whole turns.
 
     Where several names are left, which of them is right may be open; that mu as a whole goes the other way is not.
     """
@@ -100,9 +101,9 @@ def draws_another_law(campaign: BinnedTests, fitted: FittedTerms, sharper: Colle
         return False
     base = fitted.base(campaign)
     return any(
-        imitates(campaign, term.effect, base, term.binned, sure=True)
+        (term.name not in sharper and imitates(campaign, term.effect, base, term.binned, sure=True))
+        or (len(fitted.terms) == 1 and turns(campaign, term.effect, base, term.binned))
         for term in fitted.terms
-        if term.name not in sharper
     )
 
 

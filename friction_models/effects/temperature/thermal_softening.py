@@ -6,14 +6,14 @@ from ...expressions.ops import LoadColumns, Ops, Value
 from ..base import Effect, EffectContext, Parameters
 from ..parameters import Amplitude, ShapeParameter
 
-#: From here on a film softens, or from the lowest temperature of the tests on where that is lower [degC].
+#: From here on a film softens, or from the lowest temperature of the tests on where that is lower, or far higher [degC].
 ROOM = 20.0
 
 
 class ThermalSoftening(Effect):
     """Extra friction of the cold film that fades with temperature, ``delta_T * exp(-((T - T_0)/T_s)^n)``.
 
-    `T_0` is 20 degC, or the lowest temperature of the tests where that is lower.
+    `T_0` is 20 degC, or the lowest temperature of the tests where that is lower, or higher by half of the range of their temperatures.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class ThermalSoftening(Effect):
             "degC",
             "temperature from which on the film softens",
             -200.0,
-            ROOM,
+            1500.0,
             ROOM,
             follows="T_cold",
             points=1,

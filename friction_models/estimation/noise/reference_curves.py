@@ -11,7 +11,7 @@ import numpy as np
 from ...loads import FloatArray
 from ...loads.contract import ORDER
 from ..campaign.binned_tests import BinnedTests
-from ..campaign.curves import products, transformed
+from ..campaign.curves import products, scaled_loads
 from ..campaign.metadata import MOST_LEVELS, is_text
 from .histories import histories
 
@@ -56,9 +56,8 @@ def reference_curves(
         mean = campaign.of_tests(values)
         return np.asarray((mean - mean.mean()) / max(float(mean.std()), 1e-300))
 
-    for name in campaign.varied:
+    for name, values in scaled_loads(campaign).items():
         along = name == "sd"
-        values = transformed(campaign, name)
         names.append("distance" if along else name)
         columns.append(_smooth(values, WAVY_PLACES, DISTANCE_REACH if along else REACH, WAVES))
         means.append(level(values))

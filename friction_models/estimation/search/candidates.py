@@ -18,6 +18,8 @@ from ..campaign.metadata import metadata_spans
 from .checked_call import called, finite, shaped
 from .memory import OPS, check_step, integrate
 
+#: Tests that begin so far above room temperature, in parts of the range of their temperatures, show nothing of what a film does at it.
+FAR = 0.5
 #: A range of a load that holds less than this share of the points counts as untested; so do the outer points on either side.
 THIN, OUTER = 0.01, 0.025
 
@@ -88,7 +90,8 @@ def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ..
         * lengths
     )
     spans["work"] = (0.05 * float(np.max(totals)), float(np.max(totals)))
-    cold = min(float(loads.T.min()), ROOM)
+    coldest = float(loads.T.min())
+    cold = ROOM if 0.0 < coldest - ROOM < FAR * float(np.ptp(loads.T)) else coldest
     spans["T_cold"] = (cold, cold)
     spans["T_rise"] = (0.1 * (spans["T"][1] - cold), max(spans["T"][1] - cold, 1.0))
     rise = max(spans["psi"][1] - 1.0, 1e-3)
