@@ -161,6 +161,8 @@ def check_file(target: str | os.PathLike[str]) -> Path:
     try:
         if final.is_dir():
             raise InputError(f"{final}: is a folder; allowed: a file")
+        if final.is_symlink():  # also one that the system keeps, as that of the standard output
+            raise InputError(f"{final}: is a link, which is not replaced; allowed: a file")
         if final.exists() and not final.is_file():  # a device, a pipe: renamed onto it, a file would end it
             raise InputError(f"{final}: is no plain file; allowed: a file")
         if not final.is_file():

@@ -31,7 +31,7 @@ from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .answer.wording import sentence
 from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import propose
-from .judge.confidence import blurred, grounds, sureness
+from .judge.confidence import BLURRED, blurred, grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED
 from .judge.error_budget import helps
 from .judge.hidden_effects import unseen_sizes
@@ -133,7 +133,8 @@ def assemble(
     may_hide = may_hide or any(most >= usual_mu for _, most in hidden.values())
     warnings += [level.text(f"the {base.name} model")] if level.off else []
     # of a mu that is nothing everywhere there are no outliers
-    hides = floor["total"] if blurred(campaign, found, judged.confirmed) and np.any(campaign.mu) else None
+    hidden_by = blurred(campaign, found, judged.confirmed) and floor["total"] >= BLURRED * usual_mu
+    hides = floor["total"] if hidden_by and np.any(campaign.mu) else None
     warnings += [*about_the_noise(campaign, hides), *about_the_fit(campaign, fitted)]
     questions = questions_of(judged, confusion, unread)
     gaps = [OpenGap("", gap, 0.0) for own in untested.values() for gap in own]

@@ -24,7 +24,7 @@ from ..estimation.fit.parameters import fit_terms
 from ..families.composed import ComposedFriction
 from ..families.refinement_history import chance_text, rise_text
 from ..families.registry import make_model
-from ..loads import FloatArray, TriboLoads
+from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.dataset import TRAINING, roles_of
 from ..loads.splits import Mask
 from ..models.base import FrictionModel
@@ -107,6 +107,7 @@ def refine(
     present = list(base.effects) if isinstance(base, ComposedFriction) else []
     held_effects = [make_effect(e) for e in [*present, *added]]
     campaign = prepare(data, tests)
+    _check_driven(campaign, added)
     campaign, odd = _without_odd(campaign, base, seed) if added else (campaign, ())
     metadata = [m for e in held_effects for m in e.metadata]
     loads, mu = with_all_metadata(campaign.loads, metadata), campaign.mu
@@ -130,7 +131,7 @@ def refine(
         else f"{len(folds)}-fold cross-validation by whole tests"
     )
     if odd:
-        by += f", without {first_names(odd)}, far off what all others say"
+        by += f", without {first_names(odd)}, which diagnose leaves out, too"
     if folds:
         entry = judged_addition(predicted, mu, campaign.point_test, loads.test_id, added, by, seed)
         if not force and _worse(predicted, mu, campaign.point_test):
@@ -149,6 +150,20 @@ def refine(
     # what was trained on is what was read, noise of the sensors included
     fitted.domain_ = fitted.base_.domain_ = Domain.of(read.take(rows))
     return fitted.record_data(data.attrs).record_tests(data)
+
+
+def _check_driven(campaign: BinnedTests, added: Sequence[Effect]) -> None:
+    """Refuse an effect of loads of which none varies: any size of it fits.
+
+    Raises InputError.
+    """
+    for effect in added:
+        loads = [n for n in effect.driver if n in LOAD_NAMES and n not in campaign.absent]
+        if loads and not any(map(campaign.varies, loads)) and {*effect.driver} <= {*LOAD_NAMES}:
+            raise InputError(
+                f"refine: {effect.name} needs {' or '.join(loads)} to vary, which the tests do not change; allowed: effects of "
+                f"{', '.join(campaign.varied) or 'loads that vary'}"
+            )
 
 
 def _without_odd(

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..common.errors import InputError
+from ..common.wording import first_names
 
 #: A distance that falls back by more than this share of what a test slides is out of order, not noise.
 FALL = 0.01
@@ -118,14 +119,17 @@ def about_falls(test_id: npt.ArrayLike, sd: npt.ArrayLike) -> list[str]:
     Examples
     --------
     >>> about_falls(["a", "a", "b", "b"], [0.0, 5.0, 5.0, 0.0])
-    ['sd falls within one test: are its points out of order? they are taken in the order of the table']
+    ['sd falls within one test (b): are its points out of order? they are taken in the order of the table']
     """
     names = np.asarray(test_id).astype(str)
-    tests = len(np.unique(names[_fallen(np.asarray(sd, dtype=np.float64), names)]))
+    tests = list(dict.fromkeys(names[_fallen(np.asarray(sd, dtype=np.float64), names)]))
     if not tests:
         return []
-    where = "one test: are its points" if tests == 1 else f"{tests} tests: are their points"
-    return [f"sd falls within {where} out of order? they are taken in the order of the table"]
+    where = "one test" if len(tests) == 1 else f"{len(tests)} tests"
+    whose = "its" if len(tests) == 1 else "their"
+    return [
+        f"sd falls within {where} ({first_names(tests)}): are {whose} points out of order? they are taken in the order of the table"
+    ]
 
 
 def _falls(way: Numbers, names: Names) -> int | None:

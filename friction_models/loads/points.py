@@ -88,6 +88,11 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
     if need_mu:
         notes += about_negative(frame["mu"].to_numpy()[kept], where)
     frame = frame.iloc[kept]
+    if need_mu and (twice := repeated_rows(frame)).any():
+        notes.append(
+            f"{where}: {int(twice.sum())} of {len(frame)} points stand twice in their test, with the same time, loads and mu: they are taken once"
+        )
+        frame, kept = frame[~twice], kept[~twice]
     order = order_of_tests(frame["test_id"], frame.get(TIME.name), frame.get("sd"), where, row_numbers=kept)
     if order is not None:
         moved = frame["test_id"].to_numpy()[order] != frame["test_id"].to_numpy()
@@ -104,6 +109,19 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
     front = [c for c in POINT_COLUMNS if c in frame.columns]
     frame = frame[front + [c for c in frame.columns if c not in front]].reset_index(drop=True)
     return Points(frame, kept, tuple(notes))
+
+
+def repeated_rows(frame: pd.DataFrame) -> npt.NDArray[np.bool_]:
+    """Return which points stand twice: the same test, time, loads and mu as an earlier one; none where no time is recorded.
+
+    Examples
+    --------
+    >>> repeated_rows(pd.DataFrame({"test_id": ["a", "a"], "t": [0.1, 0.1], "mu": [0.07, 0.07]})).tolist()
+    [False, True]
+    """
+    if TIME.name not in frame.columns:
+        return np.zeros(len(frame), dtype=bool)
+    return np.asarray(frame.duplicated([c for c in POINT_COLUMNS if c in frame.columns]))
 
 
 def _with_numbers(

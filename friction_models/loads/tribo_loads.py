@@ -40,15 +40,19 @@ def check_column(
     friction_models.common.errors.InputError: points.csv: column 'mu', row 1: value 50.0 is outside the allowed range 0 to 10
     """
     try:
-        if np.iscomplexobj(values):  # a cast would drop the imaginary part
+        given = np.asarray(values)
+        if np.iscomplexobj(given):  # a cast would drop the imaginary part
             raise TypeError
-        array = np.ascontiguousarray(values, dtype=np.float64)
+        array = np.ascontiguousarray(given, dtype=np.float64)
+        # what Python reads as a number, and nobody else: 5_0
+        if given.dtype.kind in "OU" and any(isinstance(cell, str) and "_" in cell for cell in given.flat):
+            raise ValueError
     except (TypeError, ValueError):
         import pandas as pd
 
         cells = np.ravel(np.asarray(values, dtype=object))
         text = pd.isna(pd.to_numeric(pd.Series(cells), errors="coerce")) & ~pd.isna(cells)
-        text |= np.array([isinstance(cell, complex) for cell in cells])
+        text |= np.array([isinstance(cell, complex) or "_" in str(cell) for cell in cells])
         row = int(np.argmax(text))
         unit = "" if quantity.unit == "1" else f" in {quantity.unit}"
         raise InputError(

@@ -20,6 +20,7 @@ from ...loads import (
 )
 from ...loads.contract import QUANTITIES, behind
 from ...loads.order import about_falls
+from ...loads.points import repeated_rows
 from .binned_tests import BinnedTests
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .clipping import about_clipping
@@ -67,6 +68,11 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     if blank.any():
         raise InputError(f"data: column 'test_id', row {int(np.argmax(blank))}: no value; allowed: any name")
     frame = frame.assign(test_id=frame["test_id"].astype(str))
+    if (twice := repeated_rows(frame)).any():
+        warnings.append(
+            f"{int(twice.sum())} of {len(frame)} points stand twice in their test: they are taken once"
+        )
+        frame = frame[~twice].reset_index(drop=True)
     _, rows = TriboLoads.from_frame(frame, tests).in_order(memory=False)
     frame = without_copies(frame.iloc[rows].reset_index(drop=True), warnings)
     # the order of the table says nothing: by name, so that every choice falls on the same test

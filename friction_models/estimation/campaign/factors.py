@@ -38,6 +38,7 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
     columns = {n: at[n] for n in sorted(used & set(at)) if np.ptp(at[n]) > 0.0}
     found: list[Effect] = []
     alike: list[str] = []
+    further = False
     for name in _further(campaign, used):
         values, text = at[name], is_text(campaign.loads, name)
         if _says_nothing(values, text):
@@ -48,13 +49,16 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
             alike.append(f"{name} with {same[0]}")
             continue
         columns[name] = values
+        if len(found) == MOST_COLUMNS:  # of a table of thousands no more is looked at
+            further = True
+            break
         found.append(scanned_factor(name, labels_of(campaign, name)))
     notes = [f"columns of the test table that are no factors, as they go with others: {', '.join(alike)}"]
-    if len(found) > MOST_COLUMNS:
+    if further:
         notes.append(
-            f"of {len(found)} further columns of the test table only the first {MOST_COLUMNS} by name were tested"
+            f"of further columns of the test table only the first {MOST_COLUMNS} by name were tested"
         )
-    return found[:MOST_COLUMNS], notes[0 if alike else 1 :]
+    return found, notes[0 if alike else 1 :]
 
 
 def factors_like(campaign: BinnedTests, effect: Effect, others: Iterable[Effect]) -> list[str]:

@@ -10,12 +10,17 @@ import numpy as np
 import pandas as pd
 
 from ...common.errors import shown
+from ...effects import CATALOGUE
 from ...loads import FloatArray, TriboLoads
 from ...loads.contract import ORDER
 from ...loads.test_numbers import NO_NUMBERS
 
 #: Share of the tests that may lack a metadata value.
 MOST_EMPTY = 0.5
+#: Columns of metadata of which curves, and repeats that differ in some of them, are looked at; a table of more is a dump.
+MOST_METADATA = 24
+#: Columns of the table of tests that are taken at all, beside those of the catalogue.
+MOST_TAKEN = 100
 #: Metadata with more levels than this share of the tests tells nothing about other tests.
 MOST_LEVELS = 0.7
 #: A column with a larger number, or an infinite one, is no metadata: its squares are beyond all numbers.
@@ -67,6 +72,10 @@ def about_table(loads: TriboLoads) -> list[str]:
         for name, (test, text, count) in table.attrs.get(NO_NUMBERS, {}).items()
         if name not in NOT_METADATA
     ]
+    if len(table.columns) > MOST_TAKEN:
+        said.append(
+            f"the table of tests has {len(table.columns)} columns: of those that no effect needs only the first {MOST_TAKEN} by name are used"
+        )
     if is_text(loads, ORDER):
         text = next(v for v in table[ORDER].dropna() if pd.isna(pd.to_numeric(v, errors="coerce")))
         said.append(
@@ -129,9 +138,9 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
         return columns
     starts = loads.run_starts
     lengths = np.diff(starts, append=len(loads))
-    names = [c for c in loads.context.columns if str(c) not in NOT_METADATA]
+    names = _of_interest([c for c in loads.context.columns if str(c) not in NOT_METADATA])
     filled = with_all_metadata(loads.take(starts), names)
-    for name in map(str, loads.context.columns):
+    for name in map(str, names):
         if name in EVALUATED or (name == ORDER and is_text(loads, name)):
             continue
         values = filled.context_column(name)
@@ -144,6 +153,15 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
             continue
         columns[name] = np.repeat(numbers, lengths)[:, None]
     return columns
+
+
+def _of_interest(names: Sequence[Any]) -> list[Any]:
+    """Return the columns that are taken for metadata: those of the catalogue, and of a dump of thousands the first by name."""
+    if len(names) <= MOST_TAKEN:
+        return list(names)
+    known = {m for kind in CATALOGUE.values() for m in kind.metadata}
+    first = sorted(map(str, names))[:MOST_TAKEN]
+    return [n for n in names if str(n) in known or str(n) in first]
 
 
 def is_text(loads: TriboLoads, name: str) -> bool:

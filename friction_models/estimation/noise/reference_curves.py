@@ -12,7 +12,7 @@ from ...loads import FloatArray
 from ...loads.contract import ORDER
 from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import products, scaled_loads
-from ..campaign.metadata import MOST_LEVELS, is_text
+from ..campaign.metadata import MOST_LEVELS, MOST_METADATA, is_text
 from .histories import histories
 
 #: Places along a load or along metadata between which a curve may bend.
@@ -77,7 +77,7 @@ def reference_curves(
         known = level(values)
         same = any(abs(float(known @ m)) > SAME_AS_LOAD * len(known) for m in means)
         levels = np.unique(values)
-        if same or len(levels) < 2:
+        if same or len(levels) < 2 or len(levels_of) == MOST_METADATA:
             continue
         if name == "batch" or is_text(campaign.loads, name):
             if len(levels) > MOST_LEVELS * len(campaign.tests):

@@ -10,7 +10,7 @@ from scipy.special import chdtri, fdtri
 
 from ...loads import FloatArray
 from ..campaign.binned_tests import BinnedTests
-from ..campaign.metadata import MOST_LEVELS, is_text
+from ..campaign.metadata import MOST_LEVELS, MOST_METADATA, is_text
 from ..campaign.settings import SAME_SETTING, Indexes, in_units, same_pairs
 from .noise_floor import RepeatsNumbers, independent_columns
 
@@ -105,6 +105,8 @@ def _found(campaign: BinnedTests, residual: FloatArray) -> _Groups | None:
     if not same or _freedom(groups) >= ENOUGH_FREEDOM:
         return _about_levels(campaign, residual, groups, [])
     whatever = _about_levels(campaign, residual, same_settings(campaign), same)
+    if len(same) > MOST_METADATA:
+        return whatever
     across: list[FloatArray] = []
     while same and _freedom(groups) < ENOUGH_FREEDOM:
         less = [[c for c in same if c is not column] for column in same]

@@ -360,3 +360,34 @@ def test_a_dozen_means_of_noise_are_no_effect() -> None:
         assert answer.ranking[0]["evidence"] < 1e3, answer.ranking[0]
         named += answer.verdict != "nothing_missing"
     assert named <= 1
+
+
+@pytest.mark.parametrize("tests", [10, 11, 37])
+def test_averages_with_a_distance_that_says_nothing(tests: int) -> None:
+    """The distances of averages lie near one another: a curve along them has no column, and its products have none."""
+    rng = np.random.default_rng(tests)
+    v, sd = np.exp(rng.uniform(0.0, 4.0, tests)), rng.uniform(100.0, 900.0, tests)
+    loads = {
+        "v_rel": v,
+        "T": rng.uniform(20.0, 120.0, tests),
+        "sigma_n": np.exp(rng.uniform(4.0, 6.7, tests)),
+    }
+    points = pd.DataFrame({"test_id": [f"t{k}" for k in range(tests)], "t": sd / v, **loads, "sd": sd})
+    found = diagnose(points.assign(psi=1.0, mu=0.1 + 0.01 * rng.normal(size=tests)))
+    assert found.verdict in {"nothing_missing", "unknown_structure", "ambiguous", "explained"}
+
+
+def test_a_table_of_a_thousand_columns_is_a_dump() -> None:
+    rng = np.random.default_rng(0)
+    points, tests, _ = campaign("stribeck", seed=3, strength=2.0, thin=27)
+    noise = pd.DataFrame(rng.normal(size=(len(tests), 1000)), columns=[f"c{k:03d}" for k in range(1000)])
+    found = diagnose(points, pd.concat([tests.reset_index(drop=True), noise], axis=1))
+    assert found.effects == ["stribeck"], found.sentence
+    assert any("columns: of those that no effect needs only the first 100" in w for w in found.warnings)
+
+
+def test_points_that_stand_twice_are_taken_once() -> None:
+    points, tests, _ = campaign("stribeck", seed=3, strength=2.0, thin=54)
+    once, twice = diagnose(points, tests), diagnose(pd.concat([points, points]), tests)
+    assert any("points stand twice in their test" in w for w in twice.warnings)
+    assert once.parameters == twice.parameters and once.confidence == twice.confidence

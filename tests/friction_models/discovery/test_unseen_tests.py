@@ -279,6 +279,6 @@ def test_refine_judges_by_the_tests_that_diagnose_judges_by() -> None:
     assert any("left out (t7)" in sentence for sentence in said)
     entry = refine(data, model="constant", add="rising_speed").error_history_[-1]
     without = refine(data[~slipped], model="constant", add="rising_speed").error_history_[-1]
-    assert entry["judged_by"] == without["judged_by"] + ", without t7, far off what all others say"
+    assert entry["judged_by"] == without["judged_by"] + ", without t7, which diagnose leaves out, too"
     for when in ("before", "after"):
         assert entry[when] == pytest.approx(without[when])
