@@ -205,7 +205,9 @@ def test_what_cannot_be_judged_is_refused_with_what_is_needed(answer: Ask, worn:
         "nan": points.assign(mu=np.where(np.arange(len(points)) % 9 == 7, np.nan, points["mu"])),
         "is the sign of the force wrong?": points.assign(mu=-points["mu"]),
         "the columns of all loads are missing": points[["test_id", "mu"]],
-        "time must not run backwards": pd.concat([points, points]).sort_values("test_id", kind="stable"),
+        "time must not run backwards": pd.concat([points, points.assign(mu=1.01 * points["mu"])]).sort_values(
+            "test_id", kind="stable"
+        ),
         "at least": points.iloc[:2],
     }
     for text, bad in cases.items():
