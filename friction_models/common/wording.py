@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from .errors import shown
+
 
 def counted(number: int, noun: str) -> str:
     """Return how many there are of what.
@@ -17,14 +19,14 @@ def counted(number: int, noun: str) -> str:
 
 
 def first_names(names: Sequence[str]) -> str:
-    """Return the first names of a list.
+    """Return the first names of a list, each on one line and not too long.
 
     Examples
     --------
     >>> first_names(["S03", "S17"]), first_names(list("abcdef"))
     ('S03, S17', 'a, b, c, d, e ...')
     """
-    return ", ".join(names[:5]) + (" ..." if len(names) > 5 else "")
+    return ", ".join(shown(name, 40) for name in names[:5]) + (" ..." if len(names) > 5 else "")
 
 
 def kind_of(value: object) -> str:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from ..common import InputError
+from ..common.errors import shown
 from ..loads import MEASURED_MU, DataSet, FloatArray, TriboLoads, check_column, missing_column
 from ..loads.dataset import TRAINING, roles_of
 from ..models.domain import known_domain
@@ -90,7 +91,7 @@ class Evaluation:
         lines += ["", f"Worst tests{'':9s}{'role':8s}{'MAE':>9s}{'bias':>10s}"]
         for row in self.per_test.head(WORST_SHOWN).to_dict(orient="records"):
             lines.append(
-                f"  {row['test_id']:17s} {row['role'] or '':8s}{row['mae']:9.5f}{row['bias']:+10.5f}"
+                f"  {shown(row['test_id'], 40):17s} {shown(row['role'] or '', 20):8s}{row['mae']:9.5f}{row['bias']:+10.5f}"
             )
         from_loads = self.overall.get("rms_from_loads")
         if from_loads is not None:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ...common.errors import shown
 from ...loads.contract import behind, with_unit
 from ..formulas.offers import offer_lines
 from ..judge.judged import alternatives
@@ -179,7 +180,9 @@ def _worst(d: Findings) -> list[str]:
     if not d.worst_tests:
         return []
     f = mu_format(d.worst_tests[0]["rms"])
-    return ["Worst tests (rms before)"] + [f"  {w['test_id']:<16} {w['rms']:{f}}" for w in d.worst_tests[:5]]
+    return ["Worst tests (rms before)"] + [
+        f"  {shown(w['test_id'], 40):<16} {w['rms']:{f}}" for w in d.worst_tests[:5]
+    ]
 
 
 def _response(d: Findings) -> list[str]:

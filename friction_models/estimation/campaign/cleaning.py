@@ -79,8 +79,11 @@ def without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     if not copies:
         return frame
     told = sorted(copies, key=order.__getitem__)
-    how = "exact copies of others" if exact else f"copies of others (to {SAME_VALUE:g} of the range)"
-    warnings.append(f"{len(told)} tests are {how} and were left out ({first_names(told)})")
+    how = "exact" if exact else f"to {SAME_VALUE:g} of the range"
+    are, were = ("is a copy", "was") if len(told) == 1 else ("are copies", "were")
+    warnings.append(
+        f"{counted(len(told), 'test')} {are} of others ({how}) and {were} left out ({first_names(told)})"
+    )
     return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
 
 

@@ -167,7 +167,7 @@ def test_a_table_that_holds_every_average_twice_is_a_copy_and_equal_repeats_are_
     once = pd.DataFrame({"test_id": [f"a{k:02d}" for k in range(16)], "v_rel": speed, "T": 40.0, "mu": mu})
     twice = pd.concat([once, once.assign(test_id="z" + once["test_id"])], ignore_index=True)
     assert prepare(twice).tests == list(once["test_id"])
-    assert any("16 tests are exact copies" in w for w in prepare(twice).warnings)
+    assert any("16 tests are copies of others (exact)" in w for w in prepare(twice).warnings)
     coarse = once.assign(
         mu=once["mu"].round(2)
     )  # many agree by rounding, but not all the same number of times

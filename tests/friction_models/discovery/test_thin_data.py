@@ -187,7 +187,7 @@ def test_copies_of_tests_confirm_nothing(answer: Ask, null: Any) -> None:
     found = answer(pd.concat(copies, ignore_index=True))
     single = answer(points.assign(test_id="0" + points["test_id"]))
     assert found.verdict == single.verdict == "nothing_missing"
-    assert any(f"{3 * len(tests)} tests are exact copies" in w for w in found.warnings)
+    assert any(f"{3 * len(tests)} tests are copies of others (exact)" in w for w in found.warnings)
 
 
 @pytest.mark.parametrize("kept", [["v_rel", "sd"], ["sd"], ["T", "sigma_n", "sd"]])
