@@ -9,6 +9,7 @@ import numpy as np
 from sklearn.base import clone
 
 from ..common import InputError
+from ..common.errors import shown
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
 from ..effects.together import check_together
@@ -349,7 +350,15 @@ def _added(
 ) -> Value:
     """Return mu with one effect added."""
     effect, shape, amplitudes = term
-    for amplitude, column in zip(amplitudes.values(), effect.basis(x, L, shape, context), strict=True):
+    try:
+        columns = effect.basis(x, L, shape, context)
+    except TypeError as error:
+        if type(x) is NumpyOps:  # others write files
+            raise
+        raise InputError(
+            f"effect {effect.name!r}: basis cannot be written to a file ({shown(error)}); allowed: functions of x, as x.exp, and none of NumPy"
+        ) from None
+    for amplitude, column in zip(amplitudes.values(), columns, strict=True):
         if amplitude != 0.0:
             mu = mu + amplitude * column
     return mu

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -148,3 +149,11 @@ def test_an_effect_handed_over_is_shown_like_those_of_the_catalogue() -> None:
     assert "share of mu" in answer.report()
     page = diagnosis_page(answer, "linear")
     assert "Source: none" in page and "squeal: share of mu" in page
+
+
+def test_an_effect_of_numpy_cannot_be_written_to_a_file(tmp_path: Path) -> None:
+    points, tests, _ = campaign("wear_out", seed=3, thin=54)
+    model = refine(points, tests, model="linear", add=[Squeal()], force=True)
+    with pytest.raises(InputError, match=r"'squeal': basis cannot be written .*allowed: functions of x"):
+        model.save(tmp_path / "model")
+    assert not (tmp_path / "model").exists()
