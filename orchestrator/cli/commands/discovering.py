@@ -126,7 +126,8 @@ def refine(
     add: Annotated[
         list[str],
         typer.Option(
-            "--add", help="Effects to add, one or more; factor:COLUMN for a column of the test table."
+            "--add",
+            help="Effect to add, again for each further one; factor:COLUMN for a column of the test table.",
         ),
     ],
     out: Annotated[OutFolder, Writes("MODEL")],
@@ -145,9 +146,14 @@ def refine(
     from friction_models import evaluate
     from friction_models.discovery import refine as improve
     from friction_models.discovery.refinement import fault_note, history_text
-    from friction_models.effects import make_effect
+    from friction_models.effects import known_effect, make_effect
 
     for name in add:
+        several = name.split(",")
+        if len(several) > 1 and all(map(known_effect, several)):
+            raise InputError(
+                f"--add {name}: several effects; allowed: {' '.join(f'--add {n}' for n in several)}"
+            )
         make_effect(name)
     if Path(model).suffix == ".fmu":
         raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")

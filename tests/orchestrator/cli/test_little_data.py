@@ -106,3 +106,11 @@ def test_an_earlier_answer_that_is_not_there_is_told(told: Said, tmp_path: Path)
     (tmp_path / "data.csv").write_text(HEAD + "a,10,100,0.1\nb,20,100,0.1\n")
     code, _, err = told("diagnose", "--data", "data.csv", "--model", "linear", "--after", "nope.json")
     assert code == 2 and "nope.json: no such file" in err
+
+
+def test_several_effects_in_one_word_are_told_apart(told: Said, tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(HEAD + "a,10,100,0.1\nb,20,100,0.1\n")
+    code, _, err = told(
+        "refine", "--data", "data.csv", "--model", "linear", "--add", "stribeck,batch", "-o", "m"
+    )
+    assert code == 2 and "allowed: --add stribeck --add batch" in err
