@@ -164,9 +164,8 @@ def sureness(
         verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
         on_one,  # of 23 such answers 17 were right
         odd_kept,  # odd tests draw a law their way, and swell the floor: of five names four were right
-        bool(
-            confirmed.parts
-        ),  # two laws of one load each are better, if not for certain: of ten such answers about half were right
+        # two laws of one load each are better, if not for certain: of ten such answers about half were right
+        bool(confirmed.parts),
         unread or too_large,  # an effect of pressure, perhaps, until the cell is read without load
     ]
     if any(doubted):
