@@ -11,7 +11,7 @@ from ..common import InputError
 from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.metadata import NOT_METADATA
 from ..estimation.campaign.own_heat import without_own_heat
-from ..estimation.noise.noise_floor import NoiseFloor, independent_columns, sensor_noise
+from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
 from ..estimation.noise.odd_tests import left_out_text, odd_tests, too_many_text, without_tests
 from ..estimation.search.base_law import BaseLaw, base_law
 from ..estimation.search.search_round import distrust_outliers
@@ -58,8 +58,7 @@ def without_odd(found: JudgedTests, model: Any, seed: int) -> JudgedTests:
     """Return the tests without odd ones, and those that only a reading of the friction cell sets apart; warnings of the campaign name them."""
     if found.base.fixed:
         return found
-    sensor = sensor_noise(found.measured, found.measured.mu)
-    if names := corrected_alone(found.campaign, sensor):
+    if names := corrected_alone(found.measured):
         left = without_tests(found.measured, names, corrected_text(names))
         found = replace(tests_beside(left, model, seed), odd=tuple(names))
     odd = odd_tests(found.campaign, found.campaign.average(found.base.columns), found.floor)

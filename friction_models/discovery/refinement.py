@@ -21,10 +21,11 @@ from ..estimation.campaign.factors import check_factors
 from ..estimation.campaign.metadata import with_all_metadata
 from ..estimation.fit.joint_fit import surrogate
 from ..estimation.fit.parameters import fit_terms
+from ..estimation.search.unseen_loads import unvaried
 from ..families.composed import ComposedFriction
 from ..families.refinement_history import chance_text, rise_text
 from ..families.registry import make_model
-from ..loads import LOAD_NAMES, FloatArray, TriboLoads
+from ..loads import FloatArray, TriboLoads
 from ..loads.dataset import TRAINING, roles_of
 from ..loads.splits import Mask
 from ..models.base import FrictionModel
@@ -158,8 +159,8 @@ def _check_driven(campaign: BinnedTests, added: Sequence[Effect]) -> None:
     Raises InputError.
     """
     for effect in added:
-        loads = [n for n in effect.driver if n in LOAD_NAMES and n not in campaign.absent]
-        if loads and not any(map(campaign.varies, loads)) and {*effect.driver} <= {*LOAD_NAMES}:
+        loads = [n for n in effect.driver if n not in campaign.absent]
+        if loads and unvaried(effect, campaign):
             raise InputError(
                 f"refine: {effect.name} needs {' or '.join(loads)} to vary, which the tests do not change; allowed: effects of "
                 f"{', '.join(campaign.varied) or 'loads that vary'}"

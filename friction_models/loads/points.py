@@ -89,9 +89,7 @@ def check_points(frame: pd.DataFrame, where: str = "data", need_mu: bool = True)
         notes += about_negative(frame["mu"].to_numpy()[kept], where)
     frame = frame.iloc[kept]
     if need_mu and (twice := repeated_rows(frame)).any():
-        notes.append(
-            f"{where}: {int(twice.sum())} of {len(frame)} points stand twice in their test, with the same time, loads and mu: they are taken once"
-        )
+        notes.append(f"{where}: {repeated_text(twice)}")
         frame, kept = frame[~twice], kept[~twice]
     order = order_of_tests(frame["test_id"], frame.get(TIME.name), frame.get("sd"), where, row_numbers=kept)
     if order is not None:
@@ -122,6 +120,11 @@ def repeated_rows(frame: pd.DataFrame) -> npt.NDArray[np.bool_]:
     if TIME.name not in frame.columns:
         return np.zeros(len(frame), dtype=bool)
     return np.asarray(frame.duplicated([c for c in POINT_COLUMNS if c in frame.columns]))
+
+
+def repeated_text(twice: npt.NDArray[np.bool_]) -> str:
+    """Return what is said of points that stand twice, as `repeated_rows` finds them."""
+    return f"{int(twice.sum())} of {len(twice)} points stand twice in their test, with the same time, loads and mu: they are taken once"
 
 
 def _with_numbers(

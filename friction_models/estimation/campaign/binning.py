@@ -20,7 +20,7 @@ from ...loads import (
 )
 from ...loads.contract import QUANTITIES, behind
 from ...loads.order import about_falls
-from ...loads.points import repeated_rows
+from ...loads.points import repeated_rows, repeated_text
 from .binned_tests import BinnedTests
 from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .clipping import about_clipping
@@ -69,9 +69,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
         raise InputError(f"data: column 'test_id', row {int(np.argmax(blank))}: no value; allowed: any name")
     frame = frame.assign(test_id=frame["test_id"].astype(str))
     if (twice := repeated_rows(frame)).any():
-        warnings.append(
-            f"{int(twice.sum())} of {len(frame)} points stand twice in their test: they are taken once"
-        )
+        warnings.append(repeated_text(twice))
         frame = frame[~twice].reset_index(drop=True)
     _, rows = TriboLoads.from_frame(frame, tests).in_order(memory=False)
     frame = without_copies(frame.iloc[rows].reset_index(drop=True), warnings)
@@ -79,8 +77,7 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     frame = frame.sort_values("test_id", kind="stable").reset_index(drop=True)
     frame = thinned(frame, 4 * BINS, warnings)
     loads = TriboLoads.from_frame(frame, tests)
-    order = [] if loads.test_id is None else about_falls(loads.test_id, loads.sd)
-    warnings += [*order, *about_table(loads)]
+    warnings += [*about_falls(frame["test_id"], loads.sd), *about_table(loads)]
     loads, lone = without_load_spikes(loads, frame["test_id"].to_numpy(dtype=str), warnings)
     measured = check_column(frame["mu"].to_numpy(), MEASURED_MU, "data")
     about_negative(measured, "data")  # refuses the wrong sign

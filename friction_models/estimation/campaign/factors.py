@@ -53,12 +53,16 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
             further = True
             break
         found.append(scanned_factor(name, labels_of(campaign, name)))
-    notes = [f"columns of the test table that are no factors, as they go with others: {', '.join(alike)}"]
+    notes = []
+    if alike:
+        notes.append(
+            f"columns of the test table that are no factors, as they go with others: {', '.join(alike)}"
+        )
     if further:
         notes.append(
             f"of further columns of the test table only the first {MOST_COLUMNS} by name were tested"
         )
-    return found, notes[0 if alike else 1 :]
+    return found, notes
 
 
 def factors_like(campaign: BinnedTests, effect: Effect, others: Iterable[Effect]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -72,7 +72,7 @@ def about_table(loads: TriboLoads) -> list[str]:
         for name, (test, text, count) in table.attrs.get(NO_NUMBERS, {}).items()
         if name not in NOT_METADATA
     ]
-    if len(table.columns) > MOST_TAKEN:
+    if len(_of_interest(table.columns)) < len(table.columns):
         said.append(
             f"the table of tests has {len(table.columns)} columns: of those that no effect needs only the first {MOST_TAKEN} by name are used"
         )
@@ -155,13 +155,13 @@ def metadata_columns(loads: TriboLoads) -> dict[str, FloatArray]:
     return columns
 
 
-def _of_interest(names: Sequence[Any]) -> list[Any]:
+def _of_interest(names: Collection[Any]) -> list[Any]:
     """Return the columns that are taken for metadata: those of the catalogue, and of a dump of thousands the first by name."""
     if len(names) <= MOST_TAKEN:
         return list(names)
     known = {m for kind in CATALOGUE.values() for m in kind.metadata}
-    first = sorted(map(str, names))[:MOST_TAKEN]
-    return [n for n in names if str(n) in known or str(n) in first]
+    taken = known.union(sorted(map(str, names))[:MOST_TAKEN])
+    return [n for n in names if str(n) in taken]
 
 
 def is_text(loads: TriboLoads, name: str) -> bool:

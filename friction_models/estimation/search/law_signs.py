@@ -27,8 +27,8 @@ ANSWER, ONE_OF_SEVERAL = ((1.0, OWN_WAY), (1.4, 0.7)), ((1.0, OWN_WAY), (2.5, 0.
 #: The same for the only name where the law turns along a load, whatever bends compare with it: of 27 such answers to campaigns of another
 #: author (with 60 humps, valleys and parabolas over one load among 400) two were right. Along the distance, seven of nine were.
 TURNED = ((0.0, 0.7), (2.0, 0.8))
-#: Share of all ups and downs of a law that must run against a term of it for the law to turn.
-AGAINST = 0.15
+#: The same for a law that is told to turn.
+TOLD = ((0.0, 0.85),)
 #: Ranges of the load over which ups and downs are counted.
 RANGES = 25
 
@@ -103,9 +103,8 @@ def _within(limits: Sequence[tuple[float, float]], whole: FloatArray, own: Float
 def turning_point(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray) -> float | None:
     """Return the value of a load at which base and term together turn; None where they go one way. Both in the bins, shape (m,)."""
     whole, own = _along(campaign, name, base, term)
-    right, ways = _ways(whole, own)
     turn = int(np.argmin(whole) if own[-1] < own[0] else np.argmax(whole))
-    if right >= (1.0 - AGAINST) * ways or turn in (0, len(whole) - 1):
+    if not _within(TOLD, whole, own) or turn in (0, len(whole) - 1):
         return None
     values = campaign.average(getattr(campaign.loads, name))
     return float(_by_range(campaign, name, values[:, None])[1][turn, 0])

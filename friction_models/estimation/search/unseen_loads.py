@@ -51,7 +51,8 @@ def testable(
     usable, notes = [], []
     untested: dict[str, list[str]] = {}
     for effect in effects:
-        if effect.name in taken or effect.driver[0] in campaign.absent or _unvaried(effect, campaign):
+        constant_law = unvaried(effect, campaign) and not effect.needs_state
+        if effect.name in taken or effect.driver[0] in campaign.absent or constant_law:
             continue  # a warning about the load is given already
         reason = _not_tested(effect, campaign)
         if reason is not None:
@@ -65,10 +66,9 @@ def testable(
     return usable, notes
 
 
-def _unvaried(effect: Effect, campaign: BinnedTests) -> bool:
-    """Return whether none of the loads that drive an effect varies: a law of the noise of a control is no finding."""
-    loads = set(effect.driver) <= set(LOAD_NAMES) and not effect.needs_state
-    return loads and not any(campaign.varies(n) for n in effect.driver)
+def unvaried(effect: Effect, campaign: BinnedTests) -> bool:
+    """Return whether loads alone drive an effect, and none of them varies: a law of the noise of a control is no finding."""
+    return set(effect.driver) <= set(LOAD_NAMES) and not any(map(campaign.varies, effect.driver))
 
 
 def _not_tested(effect: Effect, campaign: BinnedTests) -> str | None:

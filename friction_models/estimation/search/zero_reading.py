@@ -16,6 +16,7 @@ import pandas as pd
 from ...common.wording import counted, first_names
 from ...loads import FloatArray
 from ..campaign.binned_tests import BinnedTests
+from ..noise.noise_floor import sensor_noise
 from .candidates import Candidate
 from .form_error import FORM_ERROR
 from .scan import Fit
@@ -104,11 +105,12 @@ def read_zero(campaign: BinnedTests, sensor: float) -> ZeroReading | None:
     return ZeroReading(min(kept, reading), max(kept, reading), max(std, 1e-12), spread, typical)
 
 
-def corrected_alone(campaign: BinnedTests, sensor: float) -> list[str]:
+def corrected_alone(campaign: BinnedTests) -> list[str]:
     """Return the tests whose records a reading of the offset has corrected, where the others were not read: they contradict these."""
     table = campaign.loads.context
-    reading = read_zero(campaign, sensor)
-    if table is None or reading is None or reading.present <= DECIDES:
+    if table is None or AFTER not in table.columns:
+        return []
+    if not zero_is_known(campaign, sensor_noise(campaign, campaign.mu)):
         return []
     read = table.index[np.isfinite(_numbers(table, AFTER))]
     names = [name for name in campaign.tests if name in read]
