@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from .errors import shown
 
@@ -27,6 +27,18 @@ def first_names(names: Sequence[str]) -> str:
     ('S03, S17', 'a, b, c, d, e ...')
     """
     return ", ".join(shown(name, 40) for name in names[:5]) + (" ..." if len(names) > 5 else "")
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names as one lists them in a sentence.
+
+    Examples
+    --------
+    >>> listed(["v_rel"]), listed(["v_rel", "T"]), listed(["v_rel", "T", "psi"])
+    ('v_rel', 'v_rel and T', 'v_rel, T and psi')
+    """
+    *others, last = list(names) or [""]
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def kind_of(value: object) -> str:

@@ -12,7 +12,7 @@ from sklearn.base import clone
 from ..common import InputError
 from ..common.processes.one_blas_thread import one_blas_thread
 from ..common.processes.pool import Progress
-from ..common.wording import first_names
+from ..common.wording import first_names, listed
 from ..effects import make_effect
 from ..effects.base import Effect
 from ..estimation.campaign.binned_tests import BinnedTests
@@ -196,7 +196,7 @@ def history_text(history: Sequence[Mapping[str, Any]]) -> str:
         faults = entry.get("corrects_data", [])
         if faults:
             lines.append(
-                f"     {' and '.join(faults)}: correct{'s' if len(faults) == 1 else ''} the data the model is fitted to and judged by; "
+                f"     {listed(faults)}: correct{'s' if len(faults) == 1 else ''} the data the model is fitted to and judged by; "
                 "not in its predictions, not in exported files"
             )
     if warnings := history[-1].get("warnings"):
@@ -258,7 +258,7 @@ def fault_note(model: FrictionModel) -> str:
     faults = [e.name for e in getattr(model, "effects_", []) if e.kind == "fault"]
     if not faults:
         return ""
-    return f"The measurements still hold {' and '.join(faults)} here, which the model leaves out; only the rounds are judged without."
+    return f"The measurements still hold {listed(faults)} here, which the model leaves out; only the rounds are judged without."
 
 
 def _sure(entry: Mapping[str, Any]) -> list[str]:

@@ -170,6 +170,11 @@ class Effect:
         return bool(self.states)
 
     @property
+    def steps_linearly(self) -> bool:
+        """Whether steps are linear in the states (`linear_step` is written)."""
+        return type(self).linear_step is not Effect.linear_step
+
+    @property
     def needed_loads(self) -> tuple[str, ...]:
         """Loads that have to vary for the effect to be told from others."""
         return tuple(n for n in (self.driver if self.needs is None else self.needs) if n in LOAD_NAMES)
@@ -274,7 +279,7 @@ class Effect:
     ) -> tuple[Value, ...]:
         """Return the states after `dt` seconds under constant loads: by `linear_step`, else forward Euler unless a subclass is exact."""
         old = [context.state[name] for name, _ in self.states]
-        if type(self).linear_step is not Effect.linear_step:
+        if self.steps_linearly:
             step = self.linear_step(x, L, p, replace(context, state={}), dt)
             return tuple(s * keep + gain for s, keep, gain in zip(old, step[::2], step[1::2], strict=True))
         return tuple(s + dt * d for s, d in zip(old, self.rate(x, L, p, context), strict=True))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -12,12 +12,13 @@ from ..common import InputError
 from ..common.errors import shown
 from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
+from ..effects.time_course import Rows, TimeCourse
 from ..effects.together import check_together
 from ..estimation.fit.joint_fit import fit_jointly
+from ..estimation.search.memory import states_along
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ..loads import FloatArray, TriboLoads
 from ..loads.order import order_of_tests
-from ..loads.time_steps import rests, time_steps
 from ..models.base import FrictionModel, LoadsLike
 from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
 from ..models.tangent import MeasuredPoints, Tangent
@@ -207,41 +208,34 @@ class ComposedFriction(FrictionModel):
         """
         points = self._evaluable(loads)
         x = NumpyOps()
-        matrix = np.column_stack(LoadColumns(*points.as_array().T).without(x, self.domain.absent).columns())
         system = self._metadata(points)
         if not self.states or (points.test_id is None and points.t is None):
-            L = LoadColumns.from_matrix(x, matrix)
+            L = LoadColumns.from_matrix(x, points.as_array()).without(x, self.domain.absent)
             return x.relu(self.formula(x, L, None, system))[:, 0]
         points, order = points.in_order(memory=True)
-        matrix, system = matrix[order], {k: v[order] for k, v in system.items()}
-        slices = points.segments()
-        starts = np.array([s.start for s in slices])
-        lengths = np.array([s.stop - s.start for s in slices])
-        dt = time_steps(points, starts)
-        pause = rests(points, dt)
+        course = TimeCourse.of(
+            points, np.array([s.start for s in points.segments()], dtype=np.intp), self.domain.absent
+        )
+        system = {k: v[order] for k, v in system.items()}
+        states = self._states_along(x, course, system)
+        mu = np.empty(len(points))
+        mu[order] = x.relu(self.formula(x, course.at(), states, system))[:, 0]
+        return mu
 
-        def after(
-            L: LoadColumns, held: list[Value], inside: dict[str, FloatArray], dt: FloatArray
-        ) -> list[Value]:
+    def _states_along(self, x: Ops, course: TimeCourse, system: Mapping[str, FloatArray]) -> list[FloatArray]:
+        """Return the states of all effects at the points of some tests, shape (n, 1) each."""
+        terms = [(effect, shape) for effect, shape, _ in self._terms() if effect.states]
+        if all(e.steps_linearly and not e.needs_mu for e, _ in terms):
+            return [s for e, shape in terms for s in states_along(e, course, None, system, shape).values()]
+
+        def advance(
+            rows: Rows, L: LoadColumns, held: Sequence[FloatArray], dt: FloatArray
+        ) -> Sequence[FloatArray]:
+            inside = {k: v[rows] for k, v in system.items()}
             mu = x.relu(self.formula(x, L, held, inside))
             return self.state_update(x, L, held, mu, dt[:, None])[0]
 
-        mu = np.empty(len(points))
-        S = [np.full((len(starts), 1), v.start) for v in self.states]
-        for step in range(int(lengths.max(initial=0))):
-            running = lengths > step
-            rows = starts[running] + step
-            L = LoadColumns.from_matrix(x, matrix[rows])
-            inside = {k: v[rows] for k, v in system.items()}
-            held = [s[running] for s in S]
-            if step:
-                if pause[rows].any():  # the contact stood still first, then slid up to here
-                    held = after(L.at_rest().without(x, self.domain.absent), held, inside, pause[rows])
-                held = after(L, held, inside, (dt - pause)[rows])
-                for s, new in zip(S, held, strict=True):
-                    s[running] = new
-            mu[order[rows]] = x.relu(self.formula(x, L, held, inside))[:, 0]
-        return mu
+        return course.step_by_step([np.full((len(course.starts), 1), v.start) for v in self.states], advance)
 
     def _metadata(self, loads: TriboLoads) -> dict[str, FloatArray]:
         """Return metadata that effects need as columns [n, 1]; what a table lacks takes its start value."""

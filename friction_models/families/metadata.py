@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..common import InputError, nearest, shown
+from ..common.wording import listed
 from ..effects.base import Effect
 from ..loads import FloatArray, TriboLoads
 from ..models.variables import SystemVariable
@@ -20,7 +21,7 @@ def check_loads(loads: TriboLoads, effects: Sequence[Effect]) -> None:
         absent = effect.lacking(loads.absent)
         if absent:
             raise InputError(
-                f"effect {effect.name!r} needs {' and '.join(absent)}, which the data lack; allowed: effects of the loads that "
+                f"effect {effect.name!r} needs {listed(absent)}, which the data lack; allowed: effects of the loads that "
                 "were measured"
             )
         if effect.needs_state and loads.t is None and {"sd", "v_rel"} & set(loads.absent):

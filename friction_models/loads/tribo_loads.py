@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..common.errors import InputError, unknown_name
+from ..common.wording import listed
 from .columns import STAND_IN, measured_loads, stated_uncertainty
 from .contract import LOAD_NAMES, LOADS, QUANTITIES, UNCERTAINTY_COLUMNS, FloatArray, Quantity, behind
 from .order import order_of_tests
@@ -360,6 +361,6 @@ def require_loads(loads: TriboLoads, needed: Iterable[str], model: str) -> None:
     lacking = [n for n in needed if n in loads.absent]
     if lacking:
         raise InputError(
-            f"{model} was given {' and '.join(lacking)} in training, which these data lack; allowed: data with "
+            f"{model} was given {listed(lacking)} in training, which these data lack; allowed: data with "
             f"{'that column' if len(lacking) == 1 else 'those columns'}, or a model trained without"
         )

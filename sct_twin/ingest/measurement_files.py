@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from friction_models.common import InputError
+from friction_models.common.wording import listed
 
 from ..readers.formats import SUFFIXES, no_reader
 
@@ -60,7 +61,7 @@ def tests_beside(folder: Path) -> Path | None:
     """Return the test table of a folder, None without one. Raises InputError: there are two."""
     found = [folder / name for name in _TESTS if (folder / name).is_file()]
     if len(found) > 1:
-        names = " and ".join(file.name for file in found)
+        names = listed(file.name for file in found)
         raise InputError(
             f"{folder}: holds {names}; allowed: one test table, or --tests with the one that counts"
         )

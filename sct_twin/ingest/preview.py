@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from friction_models.common.processes.pool import Progress
+from friction_models.common.wording import listed
 
 from ..records.channels import CHANNELS
 from .channel_guess import draft
@@ -158,7 +159,7 @@ def _tests(rows: Sequence[dict[str, object]], mapping: ChannelMap, width: int) -
     if len(rows) > len(shown):
         lines.append(f"and {len(rows) - len(shown)} more tests (quality.csv holds all)")
     how = Counter("stated" if row["phases"] != "detected" else "detected" for row in rows)
-    phases = " and ".join(f"{key} in {count}" for key, count in sorted(how.items()))
+    phases = listed(f"{key} in {count}" for key, count in sorted(how.items()))
     about = (
         f"* F_n over the bore, without one over the specimen; upset, slide: when the phases begin ({phases}); "
         "+-: standard uncertainty of mu at one point."

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.open_gaps import OpenGap, open_gaps
@@ -135,8 +136,8 @@ def _between(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     for (effect, name), gaps in by_load.items():
         unit = behind(POINT_UNITS[name])
         where = ", nor ".join(f"between {g.gap.low:.3g} and {g.gap.high:.3g}{unit}" for g in gaps)
-        changes = " and ".join(f"{g.change:.2g}" for g in gaps)
-        middles = " and ".join(f"{g.gap.middle:.3g}" for g in gaps)
+        changes = listed(f"{g.change:.2g}" for g in gaps)
+        middles = listed(f"{g.gap.middle:.3g}" for g in gaps)
         tests = "tests" if len(gaps) > 1 else "a test"
         said.append(
             f"no test measured {name} {where}, and {effect} changes by {changes} in between: how, only its formula says, and "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from ...common.wording import listed
 from ...effects.base import Effect
 from ...estimation.search.scan import Fit
 
@@ -31,7 +32,7 @@ def why_not_first(
     also = top.name in {f.name for f in others}
     left = error([f.effect for f in chosen if f.name != top.name] if also else [top.effect, *beside])
     decide = ", which decide over names," if also or left > own else ""
-    joined = " and ".join(f.name for f in others)
+    joined = listed(f.name for f in others)
     said = (
         f"{first.name} is named first though it is number {places.index(first.name) + 1} of the ranking: on tests that no fit saw"
         f"{decide} the error (rms of mu) is {own:.3g} with it{f' and {joined}' if joined else ''}, {without:.3g} without it, "

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ...common.errors import shown
+from ...common.wording import listed
 from ...loads.contract import behind, with_unit
 from ..formulas.offers import offer_lines
 from ..judge.judged import alternatives
@@ -85,7 +86,7 @@ def _budget(d: Findings) -> list[str]:
     if from_loads := from_loads_text(floor):
         lines.append(f"                ({from_loads})")
     if d.effects:
-        lines.append(f"  explained     {budget['explained']:{f}}   by {' and '.join(d.effects)}")
+        lines.append(f"  explained     {budget['explained']:{f}}   by {listed(d.effects)}")
     lines.append(f"  still missing {budget['missing']:{f}}")
     return lines + ([f"  after         {after:{f}}"] if d.effects else [])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...common.wording import counted
+from ...common.wording import counted, listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
@@ -53,7 +53,7 @@ def reservations(
             "form, or be another effect that looks alike here"
         )
     said += [
-        f"in the place of {name}, {' and '.join(pair)} together predict unseen tests no worse: whether the loads act together or each by "
+        f"in the place of {name}, {listed(pair)} together predict unseen tests no worse: whether the loads act together or each by "
         "itself, tests would tell that cross their levels"
         for name, pair in confirmed.parts.items()
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...common.wording import first_names
+from ...common.wording import first_names, listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.binning import FEW_TESTS
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
@@ -181,7 +181,7 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
         scatter = f"{settings_text(repeats)} scatter by {repeats['scatter']:{mu_format(repeats['scatter'])}}"
         if floor.get("source") == "repeats":
             return f"from repeats: {scatter}"
-    beside = f" with {' and '.join(named)}" if named else ""
+    beside = f" with {listed(named)}" if named else ""
     model = f"no flexible curve predicts unseen tests better than the model{beside}"
     if floor.get("hardly_better"):
         model = (
@@ -224,7 +224,7 @@ def sentence(
         sure += "; so few tests cannot show the scatter between tests"
     sure += ")"
     effects = [f.effect for f in chosen]
-    labels = " and ".join(e.label for e in effects)
+    labels = listed(e.label for e in effects)
     what = "; ".join(e.sentence for e in effects)
     if unread:
         what += "; only a reading without load tells the offset of the force from an effect of pressure"

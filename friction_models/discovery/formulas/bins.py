@@ -16,8 +16,6 @@ from ...estimation.search.candidates import OPS, tested_ranges
 from ...expressions.ops import LoadColumns
 from ...loads import LOAD_NAMES, FloatArray
 
-#: Pieces of a bin over which waves along the distance are averaged: they may turn within it.
-PIECES = 4
 #: A logarithm is tried where a load goes over this ratio.
 WIDE = 5.0
 WAVES = ("wave", "ripple")
@@ -38,24 +36,12 @@ class Bins:
         matrix = campaign.loads.as_array()
         self.spans = tested_ranges(campaign.loads)
         self.loads = dict(zip(LOAD_NAMES, (campaign.average(c)[:, None] for c in matrix.T), strict=True))
-        self._pieces(matrix)
+        #: Waves along the distance may turn within a bin.
+        self._fine = dict(
+            zip(LOAD_NAMES, (c[:, None] for c in campaign.pieces.loads.as_array().T), strict=True)
+        )
         self._factors: dict[object, FloatArray] = {}
         self._waves: dict[Part, FloatArray] = {}
-
-    def _pieces(self, matrix: FloatArray) -> None:
-        count = self.campaign.count.astype(int)
-        first = self.campaign.starts[:, None] + count[:, None] * np.arange(PIECES) // PIECES
-        starts, place = np.unique(first, return_index=True)
-        size = np.diff(np.r_[starts, len(matrix)]).astype(float)
-        bin_of = place // PIECES
-        means = np.add.reduceat(matrix, starts, axis=0) / size[:, None]
-        self._fine = dict(zip(LOAD_NAMES, (c[:, None] for c in means.T), strict=True))
-        self._weight = (size / self.campaign.count[bin_of])[:, None]
-        self._into = np.searchsorted(bin_of, np.arange(len(count)))
-
-    def _averaged(self, values: FloatArray) -> FloatArray:
-        """Return bin means of values at the pieces."""
-        return np.asarray(np.add.reduceat(values * self._weight, self._into, axis=0))
 
     @property
     def logarithms(self) -> tuple[str, ...]:
@@ -68,7 +54,7 @@ class Bins:
         wavy = any(map(_turns, effect.term.parts))
         loads = LoadColumns(**(self._fine if wavy else self.loads))
         values = np.asarray(effect.basis(OPS, loads, shape, EffectContext())[0])
-        return self._averaged(values) if wavy else values
+        return self.campaign.pieces.average(values) if wavy else values
 
     def scan(self, term: Term) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Return a term over its scan values, (m, g), and these, (g,) each.
@@ -94,7 +80,7 @@ class Bins:
         if part not in self._waves:
             wavy = _turns(part)
             values = np.asarray(curve(OPS, part, self._fine if wavy else self.loads, p))
-            values = self._averaged(values) if wavy else values
+            values = self.campaign.pieces.average(values) if wavy else values
             if part.form not in WAVES:
                 return values
             self._waves[part] = values
@@ -112,7 +98,7 @@ class Bins:
             rows = {n: g.ravel()[None, :] for n, g in zip(own, mesh, strict=True)}
             wavy = _turns(part)
             values = np.asarray(factor(OPS, part, k, self._fine if wavy else self.loads, rows | dict(edges)))
-            self._factors[key] = self._averaged(values) if wavy else values
+            self._factors[key] = self.campaign.pieces.average(values) if wavy else values
         shape = [len(g) if n in own else 1 for n, g in grids.items()]
         return self._factors[key].reshape(len(self.y), *shape)
 

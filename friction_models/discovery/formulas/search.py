@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import stdtrit
 
+from ...common.wording import listed
 from ...effects import empirical_effect
 from ...effects.empirical.effect import numbered
 from ...loads import FloatArray
@@ -57,7 +58,7 @@ def not_offered(missing: Missing) -> list[str]:
     if (found := missing.selection) is None:
         return []
     before, after = (float(np.sqrt(np.mean(e))) for e in (missing.before, found.errors.total))
-    names = " and ".join(empirical_effect(str(c.term))().name for c in found.all.chosen)
+    names = listed(empirical_effect(str(c.term))().name for c in found.all.chosen)
     if after >= before:
         return []
     return [
@@ -104,7 +105,7 @@ def _offer(
         for e, s, a in zip(effects, fitted.shapes, fitted.amplitudes, strict=True)
     ]
     return FormulaOffer(
-        name=" and ".join(e.name for e in effects),
+        name=listed(e.name for e in effects),
         equation="; ".join(numbers),
         share=share,
         interval=(low, high),

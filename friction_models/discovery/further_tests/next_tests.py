@@ -13,6 +13,7 @@ from typing import Any, NotRequired, TypedDict, cast
 
 import numpy as np
 
+from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.gaps import Gap
 from ...estimation.campaign.metadata import levels_text
@@ -262,12 +263,12 @@ def _remarks(
 def _crossed(campaign: BinnedTests, unloaded: list[Fit]) -> str:
     """Return how to tell effects apart that columns of the test table drive; nobody sets the run order of a test that is done."""
     drivers = dict.fromkeys(f.effect.driver[0] for f in unloaded)
-    columns = " and ".join(levels_text(campaign.loads, name) for name in drivers if name != ORDER)
+    columns = listed(levels_text(campaign.loads, name) for name in drivers if name != ORDER)
     how = f"run the same loads again with {columns} crossed, that is each value of the one with each of the other"
     if ORDER in drivers:
         how = "repeat early tests at the end, in another order"
         how += f", and one test at the beginning and the end of each value of {columns}" if columns else ""
-    return f"{' and '.join(f.name for f in unloaded)}: no load drives them, so no setting of the rig tells them apart; {how}"
+    return f"{listed(f.name for f in unloaded)}: no load drives them, so no setting of the rig tells them apart; {how}"
 
 
 def _inseparable(campaign: BinnedTests, found: SearchRound, first: Fit, rival: Fit, best: float) -> str:

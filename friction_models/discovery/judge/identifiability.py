@@ -8,6 +8,7 @@ from itertools import permutations
 import numpy as np
 from scipy.stats import rankdata
 
+from ...common.wording import listed
 from ...effects.base import Effect
 from ...effects.metadata.factor import PREFIX
 from ...estimation.campaign.binned_tests import BinnedTests
@@ -53,7 +54,7 @@ def limits(campaign: BinnedTests, base: BaseLaw, evidence: Evidence) -> list[str
         flat = [n for n in LOAD_NAMES if campaign.varies(n) and within_share(campaign, n) < WITHIN]
         if flat:
             notes.append(
-                f"{' and '.join(flat)} hardly {'varies' if len(flat) == 1 else 'vary'} within tests: what is said of effects of "
+                f"{listed(flat)} hardly {'varies' if len(flat) == 1 else 'vary'} within tests: what is said of effects of "
                 f"{'it' if len(flat) == 1 else 'them'} rests on the levels of the tests alone"
             )
     if base.name.split("+")[0] in FLEXIBLE:
@@ -82,7 +83,7 @@ def same_columns(campaign: BinnedTests, named: Sequence[Effect], others: Sequenc
             *(n.removeprefix(PREFIX) for n in factors_like(campaign, effect, others)),
         ]
         if len(columns) > 1:
-            told = " and ".join(levels_text(campaign.loads, name) for name in columns)
+            told = listed(levels_text(campaign.loads, name) for name in columns)
             notes.append(
                 f"{told} change together in all tests, so nothing tells which of them it is; run the same loads again with each value "
                 "of the one with each of the other"
@@ -105,13 +106,13 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     if along:
         together = dict.fromkeys([*(n for n in drivers if n in campaign.varied), *along])
         return [
-            f"along the tests {' and '.join(together)} move together, in all of them alike: what looks like an effect of the one may be one of "
+            f"along the tests {listed(together)} move together, in all of them alike: what looks like an effect of the one may be one of "
             "the other; let them go apart in further tests"
         ]
     if not tied:
         return []
     return [
-        f"from test to test {' and '.join(n for n in drivers if n in levels and n not in tied)} moves with {' and '.join(tied.values())}: what looks "
+        f"from test to test {listed(n for n in drivers if n in levels and n not in tied)} moves with {listed(tied.values())}: what looks "
         "like an effect of the one may be one of the other; cross their levels in further tests"
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -64,10 +64,14 @@ def folds_of_tests(tests: int, seed: int) -> npt.NDArray[np.intp]:
 
 def predicted_unseen(model: FrictionModel, loads: TriboLoads, mu: FloatArray, unseen: Mask) -> FloatArray:
     """Fit a copy of a model to the other points; return what it predicts of the measured mu at the unseen ones."""
-    seen = ~unseen
+    return predicted_measurements(_learned(model, loads, mu, ~unseen), loads.take(unseen))
+
+
+def _learned(model: FrictionModel, loads: TriboLoads, mu: FloatArray, seen: Mask) -> FrictionModel:
+    """Return a copy of a model, fitted to some points."""
     fitted = clone(model)
     fitted._learn(loads.take(seen), mu[seen], names_of(loads, seen))
-    return predicted_measurements(fitted, loads.take(unseen))
+    return fitted
 
 
 def predicted_measurements(fitted: FrictionModel, loads: TriboLoads) -> FloatArray:
@@ -183,7 +187,12 @@ class UnseenTests:
 
     def residual(self, effects: Sequence[Effect] = ()) -> FloatArray:
         """Return measured minus predicted mu in the bins, shape (m,), of the model with `effects`."""
-        return self.campaign.average(self._at_points(effects))
+        key = tuple(sorted(e.name for e in effects))
+        if key not in self._kept:
+            pieces = self.campaign.pieces
+            self._kept[key] = pieces.average(pieces.mu - self._predicted(effects))
+            self.told()
+        return self._kept[key]
 
     def errors(self, effects: Sequence[Effect] = ()) -> ErrorsByTest:
         """Return the errors of the model with `effects`, of averages over the bins."""
@@ -196,25 +205,24 @@ class UnseenTests:
             self._fitted[key] = fit_terms(self.campaign, self.base, list(effects))
         return self._fitted[key]
 
-    def _at_points(self, effects: Sequence[Effect]) -> FloatArray:
-        key = tuple(sorted(e.name for e in effects))
-        if key not in self._kept:
-            self._kept[key] = self.campaign.mu - self._predicted(effects)
-            self.told()
-        return self._kept[key]
-
     def _predicted(self, effects: Sequence[Effect]) -> FloatArray:
-        campaign = self.campaign
-        fold = self.fold_of_test[campaign.point_test]
+        """Return what fits to all points of the other tests predict of averages of neighbouring points (`BinnedTests.pieces`)."""
+        campaign, pieces, fold = self.campaign, self.campaign.pieces, self.fold_of_test
         anew = _with_effects(campaign, self.base, effects) if refitted(self.base) else None
-        predicted = np.empty(len(campaign.mu))
+        predicted = np.empty(len(pieces.mu))
         for k in np.unique(fold):
-            unseen = fold == k
+            unseen, held = fold[campaign.point_test] == k, fold[pieces.point_test] == k
             if anew is None:
-                found = _beside(campaign, self.base, effects, unseen)
+                at_points = np.zeros(len(campaign.mu))
+                at_points[unseen] = _beside(campaign, self.base, effects, unseen)
+                found = campaign.over_pieces(at_points)[held]
             else:
-                found = predicted_unseen(*anew, campaign.mu, unseen)
-            predicted[unseen] = near_measured(campaign.mu[~unseen], found)
+                model, loads = anew
+                fitted = _learned(model, loads, campaign.mu, ~unseen)
+                found = predicted_measurements(
+                    fitted, replace(pieces.loads, context=loads.context).take(held)
+                )
+            predicted[held] = near_measured(campaign.mu[~unseen], found)
         return predicted
 
 

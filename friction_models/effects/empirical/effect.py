@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...common.wording import listed
 from ...expressions.ops import LoadColumns, NumpyOps, Ops, Value
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.contract import QUANTITIES
@@ -156,7 +157,7 @@ def empirical_effect(term: str) -> type[Empirical]:
                 f"hi_{n}", q.unit, f"largest {n} in the tests", q.lower, q.upper, _start(n)[1], points=1
             ),
         ]
-    over = " and ".join(names)
+    over = listed(names)
     declared = {
         "term": made,
         "name": PREFIX + term,

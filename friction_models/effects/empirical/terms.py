@@ -12,6 +12,7 @@ from functools import cache
 
 from ...common import InputError
 from ...common.errors import nearest
+from ...common.wording import listed
 from ...expressions.ops import Ops, Value
 from ...loads import LOAD_NAMES
 from ..parameters import ShapeParameter
@@ -84,7 +85,7 @@ class Term:
         kinds = [
             "rise" if p.form in steady else "product" if len(self.parts) > 1 else p.form for p in self.parts
         ]
-        return f"{kinds[0]} over {' and '.join(sorted(self.loads))}"
+        return f"{kinds[0]} over {listed(sorted(self.loads))}"
 
     @property
     def parameters(self) -> tuple[ShapeParameter, ...]:

@@ -40,8 +40,8 @@ class SurfaceExpansion(Effect):
             100.0,
             0.5,
             follows="psi_rise",
-            span=(1.5, 0.7),
-            points=10,
+            span=(1.5, 1.5),
+            points=13,
         ),
         ShapeParameter("n", "1", "steepness", 1.0, 3.0, 1.0, values=(1.0, 2.0), earlier=1.0),
     )

@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ...effects.time_course import TimeCourse
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
 from .settings import HELD, setting_of_tests, varies
 
 #: Share of what a load changes along the tests by which its means must differ from test to test to set them apart.
 LEVELS = 0.1
-MOST_SAMPLES = 8  # of a bin, for the mean of a smooth formula
+#: Averages of neighbouring points of a bin, at most, that stand for it where a formula is evaluated many times.
+PIECES = 4
+#: Points between which the contact rests, or the speed changes by more than this share of it, stand for themselves.
+STEP = 0.1
 
 
 @dataclass
@@ -27,7 +31,7 @@ class BinnedTests:
     tests: list[str]  #: Test names in the order of the points.
     point_starts: npt.NDArray[np.intp]  #: First point of each test, shape (tests,).
     starts: npt.NDArray[np.intp]  #: First point of each bin, shape (m,).
-    count: FloatArray  #: Points in each bin, shape (m,).
+    count: FloatArray  #: Points read in each bin, shape (m,).
     test: npt.NDArray[np.intp]  #: Test of each bin, shape (m,).
     slot: npt.NDArray[np.intp]  #: Number of the bin within its test, shape (m,).
     #: Sliding distance since the start of the test [mm], of averages far apart the recorded one; counts of points where it does
@@ -39,6 +43,8 @@ class BinnedTests:
     grouped: bool = True  #: Whether tests are known.
     #: Loads as they were read, noise included; None where they are as in `loads`.
     read: TriboLoads | None = field(default=None, repr=False)
+    #: Points read that each point is the average of; None where each is one. Shape (n,).
+    weight: FloatArray | None = field(default=None, repr=False)
     #: Bins that lie far off their neighbours; they carry no weight. Shape (m,).
     distrusted: npt.NDArray[np.bool_] | None = None
     spikes: float = 0.0  #: Share of the points that lay far off their neighbours and were replaced.
@@ -54,6 +60,8 @@ class BinnedTests:
 
     def average(self, values: FloatArray) -> FloatArray:
         """Return bin means of `values`, shape (n,) or (n, k)."""
+        if self.weight is not None:
+            values = values * (self.weight if values.ndim == 1 else self.weight[:, None])
         sums = np.add.reduceat(values, self.starts, axis=0)
         return sums / (self.count if sums.ndim == 1 else self.count[:, None])
 
@@ -72,23 +80,44 @@ class BinnedTests:
         return float(np.max(self.average(self.mu)))
 
     @cached_property
-    def samples(self) -> npt.NDArray[np.intp]:
-        """Points that stand for their bins in the mean of a smooth formula: evenly spaced ones, at most `MOST_SAMPLES` a bin."""
-        size = np.minimum(self.count, MOST_SAMPLES).astype(np.intp)
-        within = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
-        steps = np.repeat(self.count / size, size)
-        return np.asarray(np.repeat(self.starts, size) + ((within + 0.5) * steps).astype(np.intp))
+    def course(self) -> TimeCourse:
+        """The points one after the other in time."""
+        return TimeCourse.of(self.loads, self.point_starts)
 
     @cached_property
-    def sampled(self) -> BinnedTests:
-        """The same bins, of their `samples` only; without what the points before these did."""
-        rows = self.samples
-        count = np.minimum(self.count, MOST_SAMPLES)
-        starts = (np.cumsum(count) - count).astype(np.intp)
+    def pieces(self) -> BinnedTests:
+        """The same bins, of averages of neighbouring points: at most `PIECES` a bin, and more where the contact rests or the speed steps."""
+        rows = self._first_of_pieces
+        size = np.diff(np.r_[rows, len(self.mu)]).astype(float)
+        if len(rows) == len(self.mu):
+            return self
+        loads: Any = {n: self.over_pieces(getattr(self.loads, n)) for n in LOAD_NAMES}
+        t = None if self.loads.t is None else self.over_pieces(self.loads.t)
+        starts, point_starts = (np.searchsorted(rows, first) for first in (self.starts, self.point_starts))
         return BinnedTests(
-            self.loads.take(rows), self.mu[rows], self.tests, starts[self.first_bins], starts, count, self.test, self.slot,
-            self.distance[rows], {name: column[rows] for name, column in self.system.items()}, grouped=self.grouped,
+            replace(self.loads.take(rows), **loads, t=t), self.over_pieces(self.mu), self.tests, point_starts, starts, self.count,
+            self.test, self.slot, self.over_pieces(self.distance), {name: column[rows] for name, column in self.system.items()},
+            grouped=self.grouped, weight=size,
         )  # fmt: skip
+
+    @cached_property
+    def _first_of_pieces(self) -> npt.NDArray[np.intp]:
+        """First point of each piece."""
+        edges = self.starts[:, None] + self.count[:, None].astype(np.intp) * np.arange(PIECES) // PIECES
+        v = self.loads.v_rel
+        steps = np.abs(np.diff(v, prepend=v[:1])) > STEP * v
+        behind = np.flatnonzero((self.course.pause > 0.0) | steps)
+        rows = np.r_[edges.ravel(), behind - 1, behind, behind + 1]
+        return np.unique(rows[(rows >= 0) & (rows < len(v))])
+
+    def over_pieces(self, values: FloatArray) -> FloatArray:
+        """Return means over the pieces of `values`, shape (n,) or (n, k)."""
+        rows = self._first_of_pieces
+        if len(rows) == len(values):
+            return values
+        size = np.diff(np.r_[rows, len(values)])
+        sums = np.add.reduceat(values, rows, axis=0)
+        return np.asarray(sums / (size if sums.ndim == 1 else size[:, None]))
 
     @cached_property
     def place(self) -> npt.NDArray[np.intp]:
@@ -145,7 +174,7 @@ class BinnedTests:
     @property
     def point_test(self) -> npt.NDArray[np.intp]:
         """Test of each point."""
-        return np.repeat(self.test, self.count.astype(int))
+        return np.repeat(self.test, np.diff(np.r_[self.starts, len(self.mu)]))
 
     @property
     def varied(self) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...common.wording import listed
 from ...loads import LOAD_NAMES, POINT_UNITS, FloatArray
 from ...loads.contract import behind
 from ...loads.gaps import GAP, gap_places
@@ -79,6 +80,6 @@ def gaps_between_tests(campaign: BinnedTests, without: Collection[str] = ()) -> 
 def gaps_text(gaps_by_load: Mapping[str, Sequence[Gap]]) -> str:
     """Return these gaps for people; empty where there are none."""
     return "; ".join(
-        f"{name} {' and '.join(f'{gap.low:.3g} to {gap.high:.3g}' for gap in gaps)}{behind(POINT_UNITS[name])}"
+        f"{name} {listed(f'{gap.low:.3g} to {gap.high:.3g}' for gap in gaps)}{behind(POINT_UNITS[name])}"
         for name, gaps in gaps_by_load.items()
     )

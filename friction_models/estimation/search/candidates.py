@@ -159,10 +159,9 @@ def bin_means(
 ) -> FloatArray:
     """Return the bin means of the basis of an effect at `sets` sets of shape parameters, shape (m, sets, amplitudes).
 
-    Where a formula has no memory, a few points of each bin tell its mean.
+    A few averages of neighbouring points tell the mean of a bin.
     """
-    if not effect.states:
-        mu, campaign = mu[campaign.samples], campaign.sampled
+    mu, campaign = campaign.over_pieces(mu), campaign.pieces
     columns = evaluate_points(effect, campaign, mu, shape)
     full = (np.ascontiguousarray(shaped(effect, "basis", c, (len(mu), sets))) for c in columns)
     return np.stack([campaign.average(c) for c in full], axis=2)

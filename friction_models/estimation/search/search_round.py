@@ -117,7 +117,7 @@ def flexible_mean(campaign: BinnedTests, base: FloatArray) -> FloatArray:
     With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
     """
     if campaign.smooth is None:
-        campaign.smooth = [campaign.average(columns) for columns in _smooth_columns(campaign)]
+        campaign.smooth = [campaign.pieces.average(c) for c in _smooth_columns(campaign.pieces)]
     mean = campaign.average(base)
     # what lies along the tests only takes nothing of their levels
     most = max(MOST_SPENT * len(campaign.tests), _spent(campaign, mean))

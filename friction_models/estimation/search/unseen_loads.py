@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...common.wording import listed
 from ...effects.base import Effect
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.time_steps import rests, time_steps
@@ -74,7 +75,7 @@ def unvaried(effect: Effect, campaign: BinnedTests) -> bool:
 def _not_tested(effect: Effect, campaign: BinnedTests) -> str | None:
     """Return why these data cannot say anything about an effect; None where they can."""
     if without := effect.lacking(campaign.absent):
-        return f"the data lack {' and '.join(without)}"
+        return f"the data lack {listed(without)}"
     if effect.needs_state and campaign.loads.t is None and "sd" in campaign.absent:
         return "memory needs the time t or the distance sd"
     along = effect.needs_state or (effect.driver[0] == "sd" and len(campaign.tests) > 1)
@@ -162,8 +163,8 @@ def doubts(campaign: BinnedTests, verdict: str, chosen: Sequence[Fit]) -> tuple[
         effect = fit.effect
         flat = constant(effect, campaign)
         if flat:
-            rest = " and ".join(n for n in effect.driver if n not in flat) or "nothing else"
-            load = " and ".join(flat)
+            rest = listed(n for n in effect.driver if n not in flat) or "nothing else"
+            load = listed(flat)
             notes.append(
                 f"{effect.name} needs {load} to vary along a test: these data show a dependence on {load} from test to test, and no memory of it"
                 if any(campaign.varies(n) for n in flat)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ...common.wording import counted, first_names
+from ...common.wording import counted, first_names, listed
 from ...loads import FloatArray
 from ..campaign.binned_tests import BinnedTests
 from ..noise.noise_floor import sensor_noise
@@ -208,7 +208,7 @@ def judge_zero(
     out = [f.name for f in found.ranking if beaten(f) and f.gain > 0.0]
     found.ranking = sorted((f for f in found.ranking if not beaten(f)), key=lambda f: -f.evidence)
     said = f"{shown}, as {ZERO} needs ({reading.area * needed:.0f} N)"
-    return candidates, [said + (f": it leaves {' and '.join(out)} behind" if out else "")]
+    return candidates, [said + (f": it leaves {listed(out)} behind" if out else "")]
 
 
 def _far(reading: ZeroReading) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from friction_models.common.wording import counted
+from friction_models.common.wording import counted, listed
 
 from ..project import name_of
 from .command import Command, short
@@ -60,7 +60,7 @@ def refine(data: str, model: str, effects: Sequence[str], learnt: Mapping[str, s
     page = f"reports/refined-{short(data)}-{short(out)}.html"
     arguments = ("refine", "--data", data, "--model", model, "--add", *effects, "-o", out, "--report", page)
     return Command(
-        f"Add {' and '.join(effects)} to {short(model)}",
+        f"Add {listed(effects)} to {short(model)}",
         arguments,
         {"round": {"model": out, "added": list(effects), "report": page}},
     )

@@ -6,6 +6,8 @@ import asyncio
 
 from nicegui import ui
 
+from friction_models.common.wording import listed
+
 from .. import commands
 from ..project import Project, history
 from .elements import action, asked_data, choice, empty, fold, say, told, words
@@ -98,7 +100,7 @@ def _ask(view: View, own: list[str], data: str, learnt: dict[str, str]) -> None:
     button()
     say(
         "A constant is the one coefficient of friction that a simulation without a friction model uses at every load; "
-        f"{' and '.join(CONSTANTS)} are usual in cold forming. A model that is worth its effort is better than these.",
+        f"{listed(CONSTANTS)} are usual in cold forming. A model that is worth its effort is better than these.",
         "soft",
     )
 

@@ -11,6 +11,7 @@ from nicegui import ui
 
 from friction_models.common import InputError
 from friction_models.common.markup import escape
+from friction_models.common.wording import listed
 
 from ...report.reading import ReadFigure, ReadPage
 from .. import commands
@@ -138,7 +139,7 @@ def _offers(view: View, story: Story, answer: Answer) -> None:
     named, learnt = answer.effects, learnt_from(view.lines())
     adding = partial(commands.models.refine, story.data, story.model, learnt=learnt)
     if named:
-        action(view, adding(named), f"Add {' and '.join(named)}", first=True)
+        action(view, adding(named), f"Add {listed(named)}", first=True)
     _formulas(view, adding, answer.offers, first=not named)
     others = list(dict.fromkeys([*answer.rivals, *(e for e in answer.ranking if e not in named)]))[:_OFFERED]
     if answer.rivals:
@@ -165,7 +166,7 @@ def _formulas(view: View, adding: Callable[[list[str]], Command], offers: list[O
         words(f"<pre>{escape(offer.equation)}</pre>", "formula")
         if offer.removes:
             say(offer.removes)
-        action(view, adding(offer.effects), f"Add {' and '.join(offer.effects)}", first=first and number == 0)
+        action(view, adding(offer.effects), f"Add {listed(offer.effects)}", first=first and number == 0)
 
 
 def _waiting(view: View, story: Story) -> None:
@@ -188,7 +189,7 @@ def _take_back(view: View, model: str) -> None:
 def _decide(view: View, addition: Round) -> None:
     """Show an addition before and after, to be accepted or taken back."""
     page = None
-    with panel(f"Before and after: {' and '.join(addition.added)} added"):
+    with panel(f"Before and after: {listed(addition.added)} added"):
         with told(view):
             page = view.page(addition.report) if addition.report else None
         if page is not None:

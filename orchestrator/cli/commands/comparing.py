@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 import typer
 
 from friction_models.common import InputError, unknown_name
+from friction_models.common.wording import listed
 
 from ..common.console import Tick, keeping, progress, say, write_page, write_result
 from ..common.files_named import Commands, Reads, Writes
@@ -244,9 +245,7 @@ def _check_options(
         )
     if runs is not None and len(given) > 1:
         both = "both " if len(given) == 2 else ""
-        raise InputError(
-            f"--runs {runs}: {both}{' and '.join(given)} are given; allowed: one of them with --runs"
-        )
+        raise InputError(f"--runs {runs}: {both}{listed(given)} are given; allowed: one of them with --runs")
 
 
 def _formed(

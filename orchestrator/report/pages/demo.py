@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from friction_models.common.markup import escape, table
+from friction_models.common.wording import listed
 from friction_models.discovery.answer.figures_data import setpoints_text
 from friction_models.effects import make_effect
 
@@ -80,7 +81,7 @@ def _headline(demo: DemoFolder) -> str:
     before, effects = demo.label("before"), demo.diagnosis["effects"]
     if not effects:
         return f"The {before} model lacks nothing that this data can show"
-    named = " and ".join(make_effect(name).label for name in effects)
+    named = listed(make_effect(name).label for name in effects)
     change = changes(demo)[0].relative
     verb = "removes" if change < 0 else "adds"
     best, it = (" fits best", "it") if len(effects) == 1 else (" fit best", "them")

@@ -9,7 +9,7 @@ import pandas as pd
 
 from friction_models.common import InputError
 from friction_models.common.markup import bullets, escape, paragraph, table
-from friction_models.common.wording import counted
+from friction_models.common.wording import counted, listed
 from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
@@ -51,7 +51,7 @@ def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = No
     page.add("verdict", "Verdict", verdict, _confirmed(confirmed, tests, held_out), proposed)
     page.add("budget", "Error budget", evidence.budget_html(content))
     predicted = predicted_mu(found)
-    what = f" After: with {' and '.join(found.effects)}, fitted to the same tests." if named else ""
+    what = f" After: with {listed(found.effects)}, fitted to the same tests." if named else ""
     interval = (
         "the intervals count a whole test as one observation"
         if tests > 1
@@ -99,7 +99,7 @@ def confirmed_addition(model: Any, data: DataSet, effects: list[str]) -> Additio
 
 
 def _headline(found: Diagnosis) -> str:
-    names = " and ".join(found.named[name].label for name in found.effects)
+    names = listed(found.named[name].label for name in found.effects)
     one = len(found.effects) < 2
     verb = "is" if one else "are"
     return {

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from friction_models.common.markup import bullets, escape, paragraph, table
+from friction_models.common.wording import listed
 
 from ..charts.rounds import rounds_chart
 from ..parts.cards import INTERVALS, chance, in_numbers, judged
@@ -164,7 +165,7 @@ def _rounds(loops: Sequence[Loop]) -> list[str]:
         first, last = loop.rounds[0], loop.rounds[-1]
         rows = [
             (
-                " and ".join(str(name) for name in entry["added"]),
+                listed(str(name) for name in entry["added"]),
                 *in_numbers(entry, "rmse"),
                 f"{100 * (entry['after']['rmse'] / entry['before']['rmse'] - 1):+.0f} %",
                 chance(entry),

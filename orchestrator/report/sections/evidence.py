@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NotRequired, TypedDict
 
 from friction_models.common.markup import bullets, escape, paragraph, table
+from friction_models.common.wording import listed
 from friction_models.discovery.answer.figures_data import setpoints_text, where_text
 from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
 from friction_models.discovery.answer.uncertain_loads import from_loads_text
@@ -93,7 +94,7 @@ def budget_html(found: DiagnosisNumbers) -> str:
         return when, f"{total:{f}}", f"{floor:{f}}", shown, f"{missing:{f}}"
 
     rows = [row("before", explained, f"{explained:{f}}" if named else "-")]
-    rows += [row(f"after, with {' and '.join(named)}", 0.0, "-")] if named else []
+    rows += [row(f"after, with {listed(named)}", 0.0, "-")] if named else []
     headings = ["RMS of mu", "in all", "noise floor", "explained by what is named", "still missing"]
     return chart + table(headings, rows, numeric=(1, 2, 3, 4))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from friction_models.common.markup import bullets, escape, paragraph, table
+from friction_models.common.wording import listed
 
 from ...studies.extrapolation.result import ExtrapolationNumbers, ExtrapolationRun
 from ...studies.extrapolation.study import DataKind, Rule
@@ -26,7 +27,7 @@ def extrapolation_page(values: ExtrapolationNumbers) -> str:
         kicker="tribofmu study extrapolation: friction models beyond the loads that they were trained on",
         lead=escape(
             f"{', '.join(settings['models'])} trained on all tests and on the lower half of the tested "
-            f"{' and '.join(settings['reduced_by'])}; forming with loads clamped to the trained domain and with extrapolation."
+            f"{listed(settings['reduced_by'])}; forming with loads clamped to the trained domain and with extrapolation."
         ),
         synthetic=bool(values["synthetic"]),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from friction_models.common.markup import bullets, escape, paragraph, table
+from friction_models.common.wording import listed
 
 from ...comparison.on_press import QUANTITIES
 from ...jobs.store import JobResult
@@ -100,7 +101,7 @@ def figures(*rows: tuple[str, str]) -> str:
 
 def _lead(study: FormingErrorStudy, errors: FormingErrors) -> str:
     levels = len({(r.lubricant, r.level) for r in errors.runs})
-    lubricants = " and ".join(errors.lubricants)
+    lubricants = listed(errors.lubricants)
     repeats = max((r.force.max_force.measured.repeats for r in errors.runs), default=0)
     missing = f" {errors.missing} pairs have no result." if errors.missing else ""
     return escape(

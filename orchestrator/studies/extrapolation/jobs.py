@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from friction_models.common import InputError
+from friction_models.common.wording import listed
 from friction_models.loads import DataSet
 
 from ...jobs.job import Files, Inputs, Needs
@@ -28,7 +29,7 @@ def reduce(inputs: Inputs, files: Files, needs: Needs, folder: Path) -> dict[str
     kept = middle.index[(middle <= limit).all(axis=1)]
     if len(kept) < FEWEST:
         raise InputError(
-            f"{len(kept)} training tests lie in the lower half of the tested {' and '.join(REDUCED_BY)}; "
+            f"{len(kept)} training tests lie in the lower half of the tested {listed(REDUCED_BY)}; "
             f"allowed: at least {FEWEST} (the reduced training data need them)"
         )
     held_out = data.select("test").points["test_id"].unique()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+
+from friction_models.common.wording import listed
 
 from ...force_curves.metrics import percent as plain_percent
 from .result import TAU_OVER_K, FormingErrors
@@ -209,7 +209,7 @@ def differs(study: FormingErrorStudy, errors: FormingErrors) -> list[str]:
             "The virtual press forms with the same solver at a finer mesh, other flow stress, heat transfer and give of the press; solver "
             "errors that press and simulation share do not show.",
             "The paper's dies, press curves and factor levels are not at hand: geometry is a declared choice, and of the levels here only "
-            f"{_listed(T & {20.0, 50.0, 100.0})} °C and {_listed(speed & {5.0})} mm/s are the paper's.",
+            f"{listed(f'{x:g}' for x in sorted(T & {20.0, 50.0, 100.0}))} °C and {listed(f'{x:g}' for x in sorted(speed & {5.0}))} mm/s are the paper's.",
         ]
     else:
         points.append(
@@ -224,11 +224,6 @@ def differs(study: FormingErrorStudy, errors: FormingErrors) -> list[str]:
         *points,
         "Simulations are axisymmetric with 2D elements; the paper's are of other size, so shares of the run time compare only roughly.",
     ]
-
-
-def _listed(numbers: set[float]) -> str:
-    found: Sequence[str] = [f"{x:g}" for x in sorted(numbers)]
-    return " and ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
 
 
 def text_table(errors: FormingErrors) -> str:

@@ -219,3 +219,15 @@ def test_softening_that_comes_late_has_a_name(seed: int) -> None:
         tests.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu}))
     answer = diagnose(pd.concat(tests, ignore_index=True))
     assert answer.effects == ["thermal_softening"], answer.sentence
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_film_that_the_tests_do_not_tear(seed: int) -> None:
+    """Friction that rises ever faster as the surface grows, above an onset: "unknown" while the film had to be torn in the tests."""
+    rng = np.random.default_rng([seed, 71])
+    names = [f"t{k:02d}" for k in range(48)]
+    psi, v = rng.uniform(1.0, 3.0, 48), np.exp(rng.uniform(1.0, 5.0, 48))
+    mu = 0.06 + 0.1 * np.maximum((psi - 1.0) / 2.0 - 0.2, 0.0) ** 2 + rng.normal(0.0, 0.002, 48)
+    loads = {"v_rel": v, "T": rng.uniform(20.0, 200.0, 48), "sigma_n": rng.uniform(200.0, 900.0, 48)}
+    points = pd.DataFrame({"test_id": names, **loads, "psi": psi, "mu": mu})
+    assert diagnose(points).effects == ["surface_expansion"]
