@@ -228,8 +228,8 @@ class JointProblem:
             self.spans,
             self._rest,
             max_nfev=30,
-            xtol=1e-4,
-            ftol=1e-5,
+            xtol=1e-5,
+            ftol=1e-7,
         )
 
     def limits(self, k: int, shape: ShapeParameter) -> tuple[float, float]:
