@@ -40,9 +40,10 @@ def rests(loads: TriboLoads, dt: FloatArray) -> FloatArray:
     """Return how much of each time step the contact stood still before it slid on [s].
 
     Points stand at equal distances, so a rest shows as time that the distance to the last point at the speed of this
-    one does not need. Points that do not move at all are left as they are: their speed says it. A rest is an exception:
-    where most points of a test take longer than their speed says, the speed is not theirs (a set value), and only
-    what is still longer counts. Without distance and speed nothing shows a rest.
+    one does not need. A point that did not move since one that stood still is the instant of the start: until then, it
+    rested. Others that do not move are left as they are: their speed says it. A rest is an exception: where most points of
+    a test take longer than their speed says, the speed is not theirs (a set value), and only what is still longer counts.
+    Without distance and speed nothing shows a rest.
     """
     if {"v_rel", "sd"} & set(loads.absent):
         return np.zeros(len(dt))
@@ -51,7 +52,8 @@ def rests(loads: TriboLoads, dt: FloatArray) -> FloatArray:
     rest = (way > 0.0) & (loads.v_rel > 0.0) & (dt > REST_FACTOR * sliding) & (dt - sliding > LEAST_REST)
     if rest.any():
         rest &= dt > REST_FACTOR * _usual(loads, dt, sliding) * sliding
-    return np.where(rest, dt - sliding, 0.0)
+    starts = (way <= 0.0) & (loads.v_rel > 0.0) & (np.r_[1.0, loads.v_rel[:-1]] == 0.0)
+    return np.where(rest, dt - sliding, np.where(starts, dt, 0.0))
 
 
 def _usual(loads: TriboLoads, dt: FloatArray, sliding: FloatArray) -> FloatArray:

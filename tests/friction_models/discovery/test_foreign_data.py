@@ -103,6 +103,21 @@ def ramp(v_rel: float | None, hold: float = 0.0) -> TriboLoads:
     return TriboLoads(speed, np.full(60, 20.0), np.full(60, 800.0), sd, np.ones(60), t=t)
 
 
+def test_the_instant_of_a_start_ends_a_rest() -> None:
+    """A logger that writes it has the speed of what follows at the place of the rest; it slid 8 mm there that nobody saw."""
+    table = {
+        "t": [0.0, 0.1, 0.2, 20.0, 20.4, 20.5, 20.6],
+        "v_rel": [20.0, 20.0, 0.0, 0.0, 20.0, 20.0, 20.0],
+        "sd": [0.0, 2.0, 2.0, 2.0, 2.0, 4.0, 6.0],
+    }
+    frame = pd.DataFrame({"test_id": "a", **table, "T": 20.0, "sigma_n": 500.0, "psi": 1.0})
+    loads = TriboLoads.from_frame(frame)
+    assert rests(loads, time_steps(loads, [0])) == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.4, 0.0, 0.0])
+    # a distance that is rounded stands still at points that slide
+    rounded = TriboLoads.from_frame(frame.assign(v_rel=20.0, sd=[0.0, 2.0, 2.0, 398.0, 406.0, 408.0, 408.0]))
+    assert not rests(rounded, time_steps(rounded, [0])).any()
+
+
 def test_slow_points_are_no_rests() -> None:
     slow = ramp(200.0)
     assert not rests(slow, time_steps(slow, [0])).any()
