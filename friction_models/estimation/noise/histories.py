@@ -6,7 +6,6 @@ import numpy as np
 from scipy.stats import rankdata
 
 from ...loads import FloatArray
-from ...loads.time_steps import time_steps
 from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import on_scale, scaled_loads
 
@@ -43,7 +42,7 @@ def _all(campaign: BinnedTests) -> dict[str, FloatArray]:
     loads, starts = campaign.loads, campaign.point_starts
     found = {}
     if loads.t is not None or "v_rel" not in campaign.absent:
-        found["time"] = _growing(campaign, time_steps(loads, starts))
+        found["time"] = _growing(campaign, campaign.course.dt)
     if "sigma_n" not in campaign.absent:
         way = np.maximum(np.diff(campaign.distance, prepend=0.0), 0.0)  # back to 0 where a test begins
         found["load path"] = _growing(campaign, loads.sigma_n * way)

@@ -13,7 +13,6 @@ import numpy as np
 from ...common.wording import listed
 from ...effects.base import Effect
 from ...loads import LOAD_NAMES, FloatArray
-from ...loads.time_steps import rests, time_steps
 from ..campaign.binned_tests import BinnedTests
 from ..campaign.conflicting_loads import distance_by_speed
 from ..campaign.metadata import recorded
@@ -94,7 +93,7 @@ def constant(effect: Effect, campaign: BinnedTests) -> list[str]:
 
     def shown(name: str) -> bool:
         if name == "v_rel" and effect.needs_state:
-            return _rested(campaign) or within_share(campaign, name) >= WITHIN
+            return bool(campaign.course.pause.any()) or within_share(campaign, name) >= WITHIN
         return campaign.varies(name)
 
     return [n for n in effect.needed_loads if not shown(n)]
@@ -118,11 +117,6 @@ def _noise_within(campaign: BinnedTests, points: FloatArray) -> float:
     second = np.bincount(test[2:][along], np.diff(points, 2)[along] ** 2 / 6.0, tests)
     known = np.maximum(np.bincount(test[2:][along], minlength=tests), 1)
     return float((np.bincount(campaign.test, minlength=tests) - 1) @ (second / known))
-
-
-def _rested(campaign: BinnedTests) -> bool:
-    dt = time_steps(campaign.loads, campaign.point_starts)
-    return bool(rests(campaign.loads, dt).any())
 
 
 def varied_first(campaign: BinnedTests, ranking: list[Fit]) -> list[Fit]:
