@@ -1,4 +1,4 @@
-"""Where a falling term and a rising line turn, against the point that a derivative gives."""
+"""Where a falling term and a rising line turn, or the line wins, against what a derivative gives."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from friction_models.estimation.campaign.binning import prepare
-from friction_models.estimation.search.law_signs import turning_point
+from friction_models.estimation.search.law_signs import runs_against, turning_point
 
 from .estimation_cases import measured
 
@@ -21,3 +21,7 @@ def test_a_law_turns_where_its_slopes_cancel(sign: float) -> None:
     assert turning_point(campaign, "sigma_n", sign * slope * p, term) == pytest.approx(turns, rel=0.1)
     assert turning_point(campaign, "sigma_n", -sign * slope * p, term) is None
     assert turning_point(campaign, "sigma_n", 0.0 * p, term) is None
+    # by the derivative the line is steeper than the term ever is, or never so steep
+    for steep, against in ((1.1, True), (0.0, False), (-1.1, False)):
+        line = sign * steep * size / length * p
+        assert runs_against(campaign, "sigma_n", line, term) == against

@@ -14,6 +14,7 @@ from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.structure import StructurePlace
 from ..formulas.offers import FormulaOffer
 from ..further_tests.next_tests import NextTest
+from ..judge.judged import alternatives
 
 
 class RankedEffect(TypedDict):
@@ -168,6 +169,11 @@ class Findings(Drawn):
     formulas: list[FormulaOffer] = field(default_factory=list)
     not_first: str = ""
 
+    @property
+    def alternatives(self) -> list[list[str]]:
+        """Each effect named with what the data cannot tell from it, the name first."""
+        return alternatives(self.effects, self.confusion_set) if self.effects else []
+
     def to_dict(self) -> dict[str, object]:
         """Return what ``diagnose --json`` writes."""
         return {
@@ -190,4 +196,5 @@ class Findings(Drawn):
             "formulas": [offer.to_dict() for offer in self.formulas],
             "not_first": self.not_first,
             "tests": dict(self.tests),
+            "alternatives": self.alternatives,
         }

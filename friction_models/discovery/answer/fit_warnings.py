@@ -11,7 +11,7 @@ from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.open_gaps import OpenGap, open_gaps
 from ...estimation.fit.parameters import FittedTerms
-from ...estimation.search.law_signs import imitates, turning_point, turns
+from ...estimation.search.law_signs import imitates, runs_against, turning_point, turns
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
 from ...loads.contract import behind
@@ -109,7 +109,7 @@ def draws_another_law(campaign: BinnedTests, fitted: FittedTerms, sharper: Colle
 
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
-    """Return warnings about laws that turn along the load of an effect, which goes one way."""
+    """Return warnings about laws that turn along the load of an effect, which goes one way, or run the other way."""
     if not fitted.terms:
         return []
     base, said = fitted.base(campaign), []
@@ -117,13 +117,14 @@ def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
         name, *others = term.effect.driver
         if others or name not in campaign.varied or term.effect.needs_state:
             continue
-        if (turn := turning_point(campaign, name, base, term.binned)) is not None:
-            falls = np.corrcoef(transformed(campaign, name), term.binned)[0, 1] < 0.0
-            way, other, least = ("falls", "rises", "lowest") if falls else ("rises", "falls", "highest")
-            said.append(
-                f"{term.name} {way} with {name}, and the model beside it {other}: together mu is {least} at about "
-                f"{turn:.3g}{behind(POINT_UNITS[name])}"
-            )
+        turn = turning_point(campaign, name, base, term.binned)
+        falls = np.corrcoef(transformed(campaign, name), term.binned)[0, 1] < 0.0
+        way, other, least = ("falls", "rises", "lowest") if falls else ("rises", "falls", "highest")
+        beside = f"{term.name} {way} with {name}, and the model beside it {other}"
+        if turn is not None:
+            said.append(f"{beside}: together mu is {least} at about {turn:.3g}{behind(POINT_UNITS[name])}")
+        elif runs_against(campaign, name, base, term.binned):
+            said.append(f"{beside} by more: together mu {other}")
     return said
 
 

@@ -10,7 +10,6 @@ from ...common.errors import shown
 from ...common.wording import listed
 from ...loads.contract import behind, with_unit
 from ..formulas.offers import offer_lines
-from ..judge.judged import alternatives
 from .figures_data import (
     LoadMap,
     effect_curve,
@@ -158,8 +157,9 @@ def _evidence(d: Findings) -> list[str]:
     ]
     if not d.ranking:
         lines.append("  no effect of the catalogue could be tried on these data")
-    groups = alternatives(d.effects, d.confusion_set) if d.effects else [d.confusion_set]
-    lines += ["  not told apart by these data: " + ", ".join(group) for group in groups if len(group) > 1]
+    lines += [
+        "  not told apart by these data: " + ", ".join(group) for group in d.alternatives if len(group) > 1
+    ]
     return [*lines, *([f"  {d.not_first}"] if d.not_first else [])]
 
 

@@ -110,6 +110,12 @@ def turning_point(campaign: BinnedTests, name: str, base: FloatArray, term: Floa
     return float(_by_range(campaign, name, values[:, None])[1][turn, 0])
 
 
+def runs_against(campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray) -> bool:
+    """Return whether base and term together run the other way along a load than the term alone. Both in the bins, shape (m,)."""
+    right, ways = _ways(*_along(campaign, name, base, term))
+    return bool(right < 0.5 * ways)
+
+
 def _along(
     campaign: BinnedTests, name: str, base: FloatArray, term: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

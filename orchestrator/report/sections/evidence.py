@@ -51,6 +51,7 @@ class DiagnosisNumbers(TypedDict):
     sentence: NotRequired[str]
     confidence: NotRequired[float | None]
     confusion_set: NotRequired[list[str]]
+    alternatives: NotRequired[list[list[str]]]
     where: NotRequired[list[StructurePlace]]
     unrecorded_factor: NotRequired[TestGroups | None]
     warnings: NotRequired[list[str]]
@@ -111,8 +112,9 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
         "unknown_structure": "None is accepted: what is missing has another shape than any of them.",
         "nothing_missing": f"None is accepted: {chance}.",
     }.get(found["verdict"], "None is accepted.")
-    if len(confusable) > 1:
-        apart = f"The data cannot tell these apart: {escape(', '.join(confusable))}."
+    alike = [", ".join(names) for names in found.get("alternatives", [confusable]) if len(names) > 1]
+    if alike:
+        apart = f"The data cannot tell these apart: {escape('; nor these: '.join(alike))}."
     else:
         # the first of the ranking need not be the one that is named
         first = chosen[0] if chosen and ranking[0]["effect"] != chosen[0] else "the first one"

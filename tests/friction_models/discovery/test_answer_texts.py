@@ -18,6 +18,7 @@ from friction_models.discovery.answer.not_first import why_not_first
 from friction_models.discovery.answer.repeated_settings import settings_text
 from friction_models.discovery.answer.wording import confidence_text, meaning_of_numbers
 from friction_models.discovery.formulas.offers import FormulaOffer, offer_lines
+from friction_models.discovery.judge.judged import alternatives
 from friction_models.effects import CATALOGUE, make_effect
 from friction_models.effects.base import Effect
 from friction_models.estimation.campaign.binning import prepare
@@ -85,6 +86,13 @@ def test_the_page_has_the_reason_beside_the_ranking() -> None:
     html = ranking_html(found)
     assert "Viscous is &lt;named&gt; first" in html
     assert "The data tells viscous from all others." in html
+    two = {
+        "effects": ["viscous", "stribeck"],
+        "confusion_set": ["viscous", "hersey", "stribeck", "flash_temperature"],
+    }
+    two["alternatives"] = alternatives(two["effects"], two["confusion_set"])
+    html = ranking_html(found | two)
+    assert "cannot tell these apart: viscous, hersey; nor these: stribeck, flash_temperature." in html
 
 
 def at_pressures(pressures: Any) -> pd.DataFrame:

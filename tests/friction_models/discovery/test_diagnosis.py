@@ -28,7 +28,7 @@ SHORT = ("rate_state", "static_peak")
 KEYS = [
     "verdict", "effects", "confidence", "confusion_set", "ranking", "noise_floor", "error_budget", "where",
     "worst_tests", "unrecorded_factor", "next_tests", "warnings", "sentence", "model", "parameters", "residuals", "formulas", "not_first",
-    "tests",
+    "tests", "alternatives",
 ]  # fmt: skip
 
 
