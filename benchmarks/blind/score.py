@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from benchmarks.blind.judge import Judged
+from benchmarks.literature.calibration import by_counting
 
 BINS = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0001)
 POWERS = (0.0, 7.85, 30.0, 100.0, 1000.0, np.inf)
@@ -76,6 +77,9 @@ def numbers(judged: Sequence[Judged]) -> dict[str, int | str]:
                 f"{len(inside)} answers, mean {mean:.2f}, right {share:.2f}"
             )
     out["expected calibration error"] = f"{error:.3f}"
+    out["... of as many answers that are right just as often as they say"] = (
+        f"{by_counting([j.confidence for j in judged]):.3f}"
+    )
     return out
 
 

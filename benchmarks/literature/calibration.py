@@ -63,3 +63,14 @@ def reliability(confidence: list[float], right: list[bool], n_bins: int = 10) ->
         table.append(Bin(i / n_bins, (i + 1) / n_bins, n, mean, share))
         error += n * abs(mean - share) if n else 0.0
     return (error / len(said) if len(said) else float("nan")), table
+
+
+def by_counting(confidence: list[float], n_bins: int = 10, draws: int = 400) -> float:
+    """Return the calibration error that as many answers have on average if each is right just as often as it says.
+
+    Few answers in a bin miss their mean by chance; no confidence comes below that.
+    """
+    rng = np.random.default_rng(0)
+    said = np.asarray(confidence, float)
+    drawn = [reliability(confidence, list(rng.random(len(said)) < said), n_bins)[0] for _ in range(draws)]
+    return float(np.mean(drawn))

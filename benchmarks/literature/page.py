@@ -9,7 +9,7 @@ import numpy as np
 
 from ..common import Section, Table, section
 from ..discovery.study import wilson
-from .calibration import reliability
+from .calibration import by_counting, reliability
 from .collection import cases
 from .line import Line
 from .names import in_twin_group, name
@@ -162,7 +162,12 @@ def numbers(lines: Sequence[Line]) -> Iterator[tuple[str, str]]:
         yield f"avoidable held-out error removed, median / 10th percentile; {words}", text
     judged = confidences(answered)
     error, _ = reliability([said for said, _ in judged], [was for _, was in judged])
-    yield "expected calibration error of the confidence", f"{error:.2f}" if judged else "none"
+    yield "expected calibration error of the confidence", f"{error:.3f}" if judged else "none"
+    counting = by_counting([said for said, _ in judged])
+    yield (
+        "... of as many answers that are right just as often as they say",
+        f"{counting:.3f}" if judged else "none",
+    )
 
 
 def summary(lines: Sequence[Line]) -> Section:

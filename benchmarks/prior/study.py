@@ -18,7 +18,7 @@ from friction_models.discovery.judge.confidence import WEIGHTS, confidence
 
 from ..common import Section, Table, section
 from ..data import sources
-from ..literature.calibration import reliability
+from ..literature.calibration import by_counting, reliability
 from .campaigns import campaign
 from .others import Judged, rows_of_others
 
@@ -168,7 +168,15 @@ def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, T
         Rows with verdict, grounds and ``right``, by what the page calls their campaigns.
     """
     by_author = Table(
-        ["campaigns", "answers", "mean confidence", "right", "calibration error", "right at 0.9 and above"]
+        [
+            "campaigns",
+            "answers",
+            "mean confidence",
+            "right",
+            "calibration error",
+            "by counting alone",
+            "right at 0.9 and above",
+        ]
     )
     together = {**judged, "all": [r for own in judged.values() for r in own]}
     for name, rows in together.items():
@@ -183,6 +191,7 @@ def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, T
                 f"{np.mean(said):.2f}",
                 f"{np.mean(was):.2f}",
                 f"{error:.3f}",
+                f"{by_counting(said, BINS):.3f}",
                 f"{sum(sure)} of {len(sure)}",
             ]
         )
@@ -205,6 +214,6 @@ def measure(folder: Path, campaigns: int = 150) -> Section:
         "laws outside the catalogue, nothing hidden; random plans, noises and strengths), and of two benchmarks that others wrote "
         "without a look at the diagnosis. It was fitted to other campaigns of the prior and, where an effect is named, to the cases of "
         "these benchmarks that are there for development, every author with the same weight; of other answers these cases decide only how "
-        "often they are right in all."
+        "often they are right in all. By counting alone, as many answers that are right just as often as they say have that error on average."
     )
     return section("Confidence of the diagnosis", text, *reliability_tables(judged))

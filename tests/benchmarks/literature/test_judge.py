@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.stats import binom
 
 from benchmarks.literature import Case, cases, stand_in
 from benchmarks.literature.answers import Answer, read, score
-from benchmarks.literature.calibration import reliability
+from benchmarks.literature.calibration import by_counting, reliability
 from benchmarks.literature.judge import done_ids, judge_case, run
 from benchmarks.literature.names import EFFECT, name, plain
 from benchmarks.literature.registry import REGISTER
@@ -75,6 +77,13 @@ def test_calibration() -> None:
     error, table = reliability([0.95] * 10, [True] * 5 + [False] * 5)
     assert error == pytest.approx(0.45) and table[-1].n == 10
     assert reliability([1.0, 0.0], [True, False])[0] == 0.0
+
+
+def test_few_answers_miss_their_confidence_by_chance() -> None:
+    right = np.arange(11)
+    exact = float(binom.pmf(right, 10, 0.7) @ np.abs(right / 10 - 0.7))
+    assert by_counting([0.7] * 10, draws=4000) == pytest.approx(exact, rel=0.05)
+    assert by_counting([1.0] * 10) == 0.0
 
 
 def test_judge_a_case_in_this_process() -> None:
