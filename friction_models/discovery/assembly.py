@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ..effects import Batch
 from ..effects.metadata.factor import numbered
 from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.factors import labels_of
-from ..estimation.campaign.gaps import gaps_between_tests, gaps_text
+from ..estimation.campaign.gaps import Gap, gaps_between_tests, gaps_text
 from ..estimation.fit.open_gaps import OpenGap, open_gaps
 from ..estimation.fit.parameters import FittedTerm, fit_terms
 from ..estimation.search.base_law import BaseLaw
@@ -21,16 +22,16 @@ from ..estimation.search.zero_reading import ZERO, zero_is_known
 from ..loads import FloatArray
 from .answer.budget_numbers import budget_numbers
 from .answer.diagnosis import Diagnosis
-from .answer.findings import ErrorBudget, FittedEffect, ParameterValue
+from .answer.findings import FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
 from .answer.not_first import comes_closest, why_not_first
 from .answer.other_causes import OtherCauses
 from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
+from .answer.sentence import Sentence
 from .answer.summaries import averages, base_residual, binned_bias, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
-from .answer.wording import sentence
 from .further_tests.asked import answer_of, questions_of
-from .further_tests.next_tests import propose
+from .further_tests.next_tests import NextTest, propose
 from .judge.confidence import BLURRED, blurred, grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED
 from .judge.error_budget import helps
@@ -41,155 +42,220 @@ from .judge.level_offset import LevelOffset, level_of
 from .judge.verdict import LEVEL
 
 
-def _beside_unread_zero(campaign: BinnedTests, judged: Judged) -> bool:
-    """Return whether an offset of the force is named beside other effects, and no reading without load says that it is there."""
-    named = [f.name for f in judged.chosen]
-    return ZERO in named and len(named) > 1 and not zero_is_known(campaign, judged.found.floor.sensor)
-
-
-def _level_matters(budget: ErrorBudget) -> bool:
-    """Return whether more is missing than an answer that explains may leave."""
-    return budget["missing"] ** 2 > EXPLAINED * (budget["missing"] ** 2 + budget["explained"] ** 2)
-
-
 def assemble(
     campaign: BinnedTests, base: BaseLaw, judged: Judged, mu: FloatArray, whole: tuple[BinnedTests, BaseLaw]
 ) -> Diagnosis:
     """Return the diagnosis; `whole` holds the points as measured, and the base there."""
-    found, evidence, verdict, chosen = judged.found, judged.evidence, judged.verdict, judged.chosen
-    named = verdict in NAMED and bool(chosen)
-    effects = [f.effect for f in chosen] if named else []
-    fitted = fit_terms(*whole, effects) if judged.unseen is None else judged.unseen.fitted(effects)
-    names, confusion = [term.name for term in fitted.terms], judged.confusion
-    # a linear shift of the model, fitted beside it, contains its level
-    level = (
-        level_of(found, chosen if named else [])
-        if base.fixed and base.columns.shape[1] == 1
-        else LevelOffset()
-    )
-    if level.off and verdict == "nothing_missing":
-        judged.confirmed = replace(judged.confirmed, verdict="unknown_structure")
-        verdict = "unknown_structure"
-    # residual of the model as users have it: refitted by ordinary least squares, or fixed
-    usual = found.y if base.fixed else found.beyond_base(found.y)
-    alone = evidence.structure.rms if evidence.unexplained else 0.0
-    floor, budget = budget_numbers(campaign, found, judged.confirmed, level, usual, alone)
-    from_loads = floor_from_loads(*whole, fitted.terms, mu)
-    if from_loads is not None:
-        floor["from_loads"] = from_loads
-    if level.off and verdict in {"explained", "ambiguous"} and _level_matters(budget):
-        judged.confirmed = replace(judged.confirmed, verdict="partly_explained")
-        verdict = "partly_explained"
-    # the table after the names is that of the model as it is: its level stays wrong
-    after = fitted.residual + (level.value if level.off else 0.0) if named else None
-    most, doubted = doubts(campaign, verdict, chosen if named else [])
-    rests_on = grounds(found, evidence, judged.confirmed, len(campaign.tests))
-    left = fitted.residual if named else base_residual(campaign, found)
-    # what loads and metadata say of unseen tests is no group that nobody recorded
-    beyond = judged.confirmed.beyond
-    unknown = left if beyond is None else left - beyond
-    causes = OtherCauses.of(
-        campaign, found, chosen if named else [], fitted, unknown, judged.confirmed.sharper
-    )
-    unread = _beside_unread_zero(campaign, judged)
-    nothing = verdict == "nothing_missing" and found.floor.known and not judged.confirmed.within_resolution
-    hidden = unseen_sizes(found) if nothing else {}
-    sure = min(
-        sureness(
-            campaign,
-            found,
-            judged.confirmed,
-            rests_on,
-            off=level.p_value if level.off else None,
-            grouped=causes.grouped,
-            knows_noise=judged.knows_noise,
-            odd_kept=judged.odd_kept,
-            unread=unread,
-            on_one=bool(causes.on_one),
-            other_cause=causes.do_as_well,
-        ),
-        most,
-    )
-    # as files have it, so that the sentence and a page made of them say the same
-    sure = round(float(sure), 3)
-    where: list[StructurePlace] = []
-    if verdict in {"unknown_structure", "partly_explained"} or judged.confirmed.leaves_much:
-        where = [*_places(campaign, judged), *([level.entry(campaign)] if level.off else [])]
-    warnings = [*campaign.warnings, *limits(campaign, base, evidence), *judged.notes, *doubted]
-    warnings += same_columns(campaign, effects, [f.effect for f in found.ranking])
-    warnings += [*causes.warnings(), *uncertain_drivers(whole[0], fitted.terms)]
-    unsure = sure <= EITHER < most and causes.factor is None
-    warnings += reservations(campaign, found, judged.confirmed, judged.knows_noise, unsure)
-    warnings += _closest(judged)
-    # between the levels, the model alone says what friction does
-    untested = gaps_between_tests(campaign) if verdict == "nothing_missing" else {}
-    if untested:
-        warnings.append(
-            f"no test measured between the levels of the plan ({gaps_text(untested)}): what friction does there, none of them says"
+    return _Assembly(campaign, base, judged, mu, whole).diagnosis()
+
+
+class _Assembly:
+    """The parts of an answer; the level of a model that is taken as it is may change its verdict, which comes first."""
+
+    def __init__(
+        self,
+        campaign: BinnedTests,
+        base: BaseLaw,
+        judged: Judged,
+        mu: FloatArray,
+        whole: tuple[BinnedTests, BaseLaw],
+    ) -> None:
+        self.campaign, self.base, self.judged, self.mu, self.whole = campaign, base, judged, mu, whole
+        self.found, self.evidence, self.chosen = judged.found, judged.evidence, judged.chosen
+        self.named = judged.verdict in NAMED and bool(judged.chosen)
+        self.effects = [f.effect for f in judged.chosen] if self.named else []
+        unseen = judged.unseen
+        self.fitted = fit_terms(*whole, self.effects) if unseen is None else unseen.fitted(self.effects)
+        self.names, self.confusion = [term.name for term in self.fitted.terms], judged.confusion
+        self.usual_mu = float(np.mean(np.abs(campaign.mu)))
+        self.level = self._level()
+        if self.level.off and judged.verdict == "nothing_missing":
+            self._turn("unknown_structure")
+        # residual of the model as users have it: refitted by ordinary least squares, or fixed
+        self.usual = self.found.y if base.fixed else self.found.beyond_base(self.found.y)
+        alone = self.evidence.structure.rms if self.evidence.unexplained else 0.0
+        self.floor, self.budget = budget_numbers(
+            campaign, self.found, judged.confirmed, self.level, self.usual, alone
         )
-    usual_mu = float(np.mean(np.abs(campaign.mu)))
-    warnings += could_hide(hidden, usual_mu)
-    may_hide = stands_out(found, judged.confirmed) is not None
-    may_hide = may_hide or any(most >= usual_mu for _, most in hidden.values())
-    warnings += [level.text(f"the {base.name} model")] if level.off else []
-    # of a mu that is nothing everywhere there are no outliers
-    hidden_by = blurred(campaign, found, judged.confirmed) and floor["total"] >= BLURRED * usual_mu
-    hides = floor["total"] if hidden_by and np.any(campaign.mu) else None
-    warnings += [*about_the_noise(campaign, hides), *about_the_fit(campaign, fitted)]
-    questions = questions_of(judged, confusion, unread)
-    gaps = [OpenGap("", gap, 0.0) for own in untested.values() for gap in own]
-    gaps += open_gaps(campaign, fitted)
-    proposals, inseparable = propose(campaign, questions, mu, base, answer_of(verdict, sure), gaps, unread)
-    if named and (len(confusion) > 1 or not proposals):
-        warnings += inseparable
-    close = None
-    if judged.confirmed.within_resolution and judged.confirmed.shares is not None:
-        close = float(np.sqrt(judged.confirmed.shares.base)) / usual_mu
-    return Diagnosis(
-        verdict=verdict,
-        sentence=sentence(
-            verdict,
-            base,
-            evidence,
-            chosen,
-            confusion,
-            sure,
-            campaign,
-            where,
-            causes.factor,
-            close,
-            unread,
-            may_hide,
-            causes.jumps.get(names[0]) if names else None,
-        ),
-        effects=names,
-        confidence=sure,
-        grounds=rests_on,
-        confusion_set=confusion,
-        ranking=[
-            {
-                "effect": f.name,
-                "evidence": float(f.evidence),
-                "gain": float(f.gain),
-                "p_value": found.p_value(f),
-            }
-            for f in found.ranking
-        ],
-        noise_floor=floor,
-        error_budget=budget,
-        where=where,
-        worst_tests=worst_tests(campaign, usual),
-        unrecorded_factor=causes.factor,
-        next_tests=proposals,
-        warnings=warnings,
-        model=base.name,
-        bias=binned_bias(campaign, usual, after),
-        parameters={term.name: _parameters(campaign, term) for term in fitted.terms},
-        named={term.name: term.effect for term in fitted.terms},
-        threshold=found.significance.needed(LEVEL),
-        averages=averages(campaign, usual, usual if after is None else after, fitted.terms),
-        not_first=_not_first(judged, confusion) if named else "",
-    )
+        from_loads = floor_from_loads(*whole, self.fitted.terms, mu)
+        if from_loads is not None:
+            self.floor["from_loads"] = from_loads
+        if self.level.off and judged.verdict in {"explained", "ambiguous"} and self._level_matters():
+            self._turn("partly_explained")
+        self.verdict, self.confirmed = judged.verdict, judged.confirmed
+
+    def diagnosis(self) -> Diagnosis:
+        """Return the answer."""
+        campaign, found, fitted = self.campaign, self.found, self.fitted
+        # the table after the names is that of the model as it is: its level stays wrong
+        after = fitted.residual + (self.level.value if self.level.off else 0.0) if self.named else None
+        proposals, inseparable = self._further_tests()
+        told = inseparable if self.named and (len(self.confusion) > 1 or not proposals) else []
+        return Diagnosis(
+            verdict=self.verdict,
+            sentence=self._sentence(),
+            effects=self.names,
+            confidence=self.sure,
+            grounds=self.grounds,
+            confusion_set=self.confusion,
+            ranking=[
+                {
+                    "effect": f.name,
+                    "evidence": float(f.evidence),
+                    "gain": float(f.gain),
+                    "p_value": found.p_value(f),
+                }
+                for f in found.ranking
+            ],
+            noise_floor=self.floor,
+            error_budget=self.budget,
+            where=self.where,
+            worst_tests=worst_tests(campaign, self.usual),
+            unrecorded_factor=self.causes.factor,
+            next_tests=proposals,
+            warnings=[*self._warnings(), *told],
+            model=self.base.name,
+            bias=binned_bias(campaign, self.usual, after),
+            parameters={term.name: _parameters(campaign, term) for term in fitted.terms},
+            named={term.name: term.effect for term in fitted.terms},
+            threshold=found.significance.needed(LEVEL),
+            averages=averages(campaign, self.usual, self.usual if after is None else after, fitted.terms),
+            not_first=_not_first(self.judged, self.confusion) if self.named else "",
+        )
+
+    def _turn(self, verdict: str) -> None:
+        self.judged.confirmed = replace(self.judged.confirmed, verdict=verdict)
+
+    def _level(self) -> LevelOffset:
+        """Return the level of a model as it is; a linear shift of the model, fitted beside it, contains its level."""
+        if self.base.fixed and self.base.columns.shape[1] == 1:
+            return level_of(self.found, self.chosen if self.named else [])
+        return LevelOffset()
+
+    def _level_matters(self) -> bool:
+        """Return whether more is missing than an answer that explains may leave."""
+        missing, explained = self.budget["missing"] ** 2, self.budget["explained"] ** 2
+        return missing > EXPLAINED * (missing + explained)
+
+    @cached_property
+    def grounds(self) -> dict[str, float]:
+        """What the confidence rests on."""
+        return grounds(self.found, self.evidence, self.confirmed, len(self.campaign.tests))
+
+    @cached_property
+    def causes(self) -> OtherCauses:
+        """What else may have made what is named or left."""
+        left = self.fitted.residual if self.named else base_residual(self.campaign, self.found)
+        # what loads and metadata say of unseen tests is no group that nobody recorded
+        beyond = self.confirmed.beyond
+        unknown = left if beyond is None else left - beyond
+        chosen = self.chosen if self.named else []
+        return OtherCauses.of(self.campaign, self.found, chosen, self.fitted, unknown, self.confirmed.sharper)
+
+    @cached_property
+    def unread(self) -> bool:
+        """Whether an offset of the force is named beside other effects, and no reading without load says that it is there."""
+        named = [f.name for f in self.chosen]
+        several = ZERO in named and len(named) > 1
+        return several and not zero_is_known(self.campaign, self.found.floor.sensor)
+
+    @cached_property
+    def hidden(self) -> dict[str, tuple[float, float]]:
+        """Sizes of effects that would not have been seen, where nothing is missing."""
+        nothing = self.verdict == "nothing_missing" and self.found.floor.known
+        return unseen_sizes(self.found) if nothing and not self.confirmed.within_resolution else {}
+
+    @cached_property
+    def doubts(self) -> tuple[float, list[str]]:
+        """How sure an answer may be whose loads the tests hardly show, and why."""
+        return doubts(self.campaign, self.verdict, self.chosen if self.named else [])
+
+    @cached_property
+    def sure(self) -> float:
+        """The confidence, as files have it: the sentence and a page made of them say the same."""
+        sure = sureness(
+            self.campaign,
+            self.found,
+            self.confirmed,
+            self.grounds,
+            off=self.level.p_value if self.level.off else None,
+            grouped=self.causes.grouped,
+            knows_noise=self.judged.knows_noise,
+            odd_kept=self.judged.odd_kept,
+            unread=self.unread,
+            on_one=bool(self.causes.on_one),
+            other_cause=self.causes.do_as_well,
+        )
+        return round(float(min(sure, self.doubts[0])), 3)
+
+    @cached_property
+    def where(self) -> list[StructurePlace]:
+        """The structure that is left."""
+        if self.verdict in {"unknown_structure", "partly_explained"} or self.confirmed.leaves_much:
+            level = [self.level.entry(self.campaign)] if self.level.off else []
+            return [*_places(self.campaign, self.judged), *level]
+        return []
+
+    @cached_property
+    def untested(self) -> dict[str, list[Gap]]:
+        """Gaps between the levels of the plan, where nothing is missing: the model alone says what friction does there."""
+        return gaps_between_tests(self.campaign) if self.verdict == "nothing_missing" else {}
+
+    def _warnings(self) -> list[str]:
+        campaign, found, level = self.campaign, self.found, self.level
+        most, doubted = self.doubts
+        unsure = self.sure <= EITHER < most and self.causes.factor is None
+        # of a mu that is nothing everywhere there are no outliers
+        blurs = blurred(campaign, found, self.confirmed) and self.floor["total"] >= BLURRED * self.usual_mu
+        hides = self.floor["total"] if blurs and np.any(campaign.mu) else None
+        gaps = [
+            f"no test measured between the levels of the plan ({gaps_text(self.untested)}): what friction does there, none of them says"
+        ]
+        return [
+            *campaign.warnings,
+            *limits(campaign, self.base, self.evidence),
+            *self.judged.notes,
+            *doubted,
+            *same_columns(campaign, self.effects, [f.effect for f in found.ranking]),
+            *self.causes.warnings(),
+            *uncertain_drivers(self.whole[0], self.fitted.terms),
+            *reservations(campaign, found, self.confirmed, self.judged.knows_noise, unsure),
+            *_closest(self.judged),
+            *(gaps if self.untested else []),
+            *could_hide(self.hidden, self.usual_mu),
+            *([level.text(f"the {self.base.name} model")] if level.off else []),
+            *about_the_noise(campaign, hides),
+            *about_the_fit(campaign, self.fitted),
+        ]
+
+    def _further_tests(self) -> tuple[list[NextTest], list[str]]:
+        """Return tests to run next, and what no test tells apart."""
+        questions = questions_of(self.judged, self.confusion, self.unread)
+        gaps = [OpenGap("", gap, 0.0) for own in self.untested.values() for gap in own]
+        gaps += open_gaps(self.campaign, self.fitted)
+        answer = answer_of(self.verdict, self.sure)
+        return propose(self.campaign, questions, self.mu, self.base, answer, gaps, self.unread)
+
+    def _sentence(self) -> str:
+        confirmed, close = self.confirmed, None
+        if confirmed.within_resolution and confirmed.shares is not None:
+            close = float(np.sqrt(confirmed.shares.base)) / self.usual_mu
+        blind = any(most >= self.usual_mu for _, most in self.hidden.values())
+        return Sentence(
+            verdict=self.verdict,
+            base=self.base.name,
+            evidence=self.evidence,
+            chosen=self.chosen,
+            confusion=self.confusion,
+            confidence=self.sure,
+            campaign=self.campaign,
+            where=self.where,
+            factor=self.causes.factor,
+            close=close,
+            unread=self.unread,
+            hidden=blind or stands_out(self.found, confirmed) is not None,
+            jump=self.causes.jumps.get(self.names[0]) if self.names else None,
+        ).text()
 
 
 def _not_first(judged: Judged, confusion: Sequence[str]) -> str:

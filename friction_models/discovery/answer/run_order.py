@@ -12,7 +12,7 @@ from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray
 from ...loads.contract import ORDER
-from .wording import JUMP
+from .sentence import JUMP
 
 #: Fewest tests of which that is said.
 LEAST_TESTS = 12

@@ -1,26 +1,14 @@
-"""The verdict in one sentence."""
+"""Words for the numbers of an answer, as every text has them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...common.wording import first_names, listed
-from ...estimation.campaign.binned_tests import BinnedTests
-from ...estimation.campaign.binning import FEW_TESTS
+from ...common.wording import listed
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
-from ...estimation.search.base_law import BaseLaw
-from ...estimation.search.scan import Fit
-from ...estimation.search.structure import StructurePlace
-from ..judge.judged import alternatives
-from ..judge.verdict import LEVEL, Evidence
-from .findings import ParameterValue, TestGroups
+from .findings import ParameterValue
 from .repeated_settings import settings_text
 
-#: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
-NOTHING = "nothing is missing"
-NOTHING_SEEN = "nothing can be seen to be missing"
-#: What a sentence about tests begins with that do not drift, but jump.
-JUMP = "the levels of the tests jump"
 #: Numbers of mu below this are printed by their significant digits.
 SMALL_MU = 1e-4
 
@@ -194,113 +182,3 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
         "unknown": "cannot be known from so few tests",
     }.get(floor.get("source", ""), "")
     return f"{said}; {scatter}" if repeats is not None else said
-
-
-def sentence(
-    verdict: str,
-    base: BaseLaw,
-    evidence: Evidence,
-    chosen: list[Fit],
-    confusion: Sequence[str],
-    confidence: float,
-    campaign: BinnedTests,
-    where: Sequence[StructurePlace] = (),
-    factor: TestGroups | None = None,
-    close: float | None = None,
-    unread: bool = False,
-    hidden: bool = False,
-    jump: str | None = None,
-) -> str:
-    """Return the verdict as a user reads it.
-
-    `confusion` names what cannot be told apart, `where` holds the structure that is left, `factor` two groups of tests,
-    `close` the error on unseen tests as a share of mu where it is below what can be measured. An offset of the force is named
-    beside other effects and is `unread` without load. Something may be `hidden` where an effect stands out or would not show.
-    `jump` says where the tests jump in their order.
-    """
-    model = f"the {base.name} model"
-    sure = f"(confidence {confidence_text(confidence)}"
-    if not evidence.found.floor.known:
-        sure += "; so few tests cannot show the scatter between tests"
-    sure += ")"
-    effects = [f.effect for f in chosen]
-    labels = listed(e.label for e in effects)
-    what = "; ".join(e.sentence for e in effects)
-    if unread:
-        what += "; only a reading without load tells the offset of the force from an effect of pressure"
-    p = evidence.p_value
-    if verdict == "explained":
-        verb = "is" if len(effects) == 1 else "are"
-        # where the scan is not sure, unseen tests are
-        by = f"p = {p:.3f}" if p < LEVEL else f"by the error on unseen tests (p = {p:.3f})"
-        return f"{labels} {verb} missing from {model}: {what} {sure}, {by}."
-    rest = f", along {_along(where)}" if _along(where) else ""
-    if verdict == "partly_explained":
-        verb, it = ("is", "it") if len(effects) == 1 else ("are", "them")
-        return (
-            f"{labels} {verb} missing from {model}: {what}; with {it} the error on unseen tests falls, but something else that can be "
-            f"predicted is left{rest} {sure}."
-        )
-    if verdict == "ambiguous":
-        known = {f.name: f.effect.label for f in evidence.found.ranking}
-        sure = f"{sure}; something else that can be predicted is left{rest}" if where else sure
-        if len(effects) == 1:
-            rivals = ", ".join(known.get(name, name) for name in confusion)
-            return f"an effect is missing from {model}, but these data cannot tell {rivals} apart; {labels} fits best: {what} {sure}."
-        groups = alternatives([f.name for f in chosen], confusion)
-        parts = [" or ".join(known.get(n, n) for n in g) for g in groups]
-        # With a comma before the last `and`, nobody reads it as a further choice.
-        return f"{', '.join(parts[:-1])}, and {parts[-1]} are missing from {model}; {labels} fit best: {what} {sure}."
-    if verdict == "data_problem" and not chosen:
-        return (
-            f"{100 * campaign.spikes:.0f} % of the points lie far off their neighbours: the records have to be repaired "
-            f"before {model} can be judged {sure}."
-        )
-    if verdict == "data_problem" and jump:
-        return (
-            f"{JUMP} {jump} in the order of the campaign, which {labels} only follows: something was changed there that the test table "
-            f"does not record {sure}, p = {p:.3f}."
-        )
-    if verdict == "data_problem":
-        return (
-            f"the residual of {model} looks like a fault of the data: {labels}, {what} {sure}, p = {p:.3f}."
-        )
-    if verdict == "unknown_structure":
-        places = _along(where)
-        if where and not places:
-            return f"{model} is off by the same amount everywhere ({where[0]['shape']}), which no effect of a load explains {sure}."
-        along = f", along {places}" if places else ""
-        return f"something systematic is missing from {model} that no effect in the catalogue explains{along} {sure}."
-    if verdict == "out_of_domain":
-        return f"{100 * evidence.outside:.0f} % of the points lie outside the loads that {model} was trained on; no effect can be judged there."
-    tests = len(campaign.tests)
-    if tests < FEW_TESTS:
-        some = f"{tests} test{'s' if tests > 1 else ''}"
-        short = "cannot show the scatter between tests: at least 3 are needed, better 10"
-        if evidence.found.floor.known:
-            short = "hardly show the scatter between tests: 10 would be better"
-        return f"{NOTHING_SEEN} from {model}, but {some} {short} (confidence {confidence_text(confidence)})."
-    if factor is not None:
-        return (
-            f"no effect in the catalogue can be seen to be missing from {model}, but the tests fall into two groups {factor['gap']:.4f} apart "
-            f"({len(factor['group'])} and {factor['others']} tests; the higher one: {first_names(factor['group'])}): a factor that is not "
-            f"recorded may set them apart {sure}."
-        )
-    if confidence <= 0.5:
-        return f"{NOTHING_SEEN} from {model}, but these tests do not rule it out {sure}."
-    if hidden:
-        return f"{NOTHING_SEEN} from {model} {sure}; an effect that these tests hardly show may be there all the same."
-    if close is not None:
-        return (
-            f"{NOTHING} from {model}: it predicts tests that it has not seen to {100 * close:.2g} % of mu, "
-            f"closer than friction can be measured {sure}."
-        )
-    return f"{NOTHING} from {model}: its residual is at the noise floor {sure}."
-
-
-def _along(where: Sequence[StructurePlace]) -> str:
-    """Return the loads along which structure is left."""
-    joints = {"interaction": " x "}
-    return "; ".join(
-        joints.get(w["shape"], " and ").join(w["variables"]) for w in where[:2] if w["variables"]
-    )

@@ -14,7 +14,7 @@ from benchmarks.discovery_campaigns import HIDDEN, campaign
 from friction_models import GradientBoostingFriction, LinearFriction, PolynomialFriction, effects
 from friction_models.common import InputError
 from friction_models.discovery import Diagnosis, compare, diagnose, refine
-from friction_models.discovery.answer.wording import sentence
+from friction_models.discovery.answer.sentence import Sentence
 
 #: Effects that any plan of this size shows; the pressure effects are twins (below).
 CLEAR = [
@@ -276,15 +276,15 @@ def test_rivals_of_one_effect_are_told_from_a_further_one() -> None:
         found=SimpleNamespace(floor=SimpleNamespace(known=True), ranking=[stribeck, hersey, batch]),
         p_value=0.002,
     )
-    said = sentence(
-        "ambiguous",
-        SimpleNamespace(name="linear"),  # type: ignore[arg-type]
-        evidence,  # type: ignore[arg-type]
-        [stribeck, batch],
-        ["stribeck", "hersey"],
-        0.9,
-        SimpleNamespace(),  # type: ignore[arg-type]
-    )
+    said = Sentence(
+        verdict="ambiguous",
+        base="linear",
+        evidence=evidence,  # type: ignore[arg-type]
+        chosen=[stribeck, batch],
+        confusion=["stribeck", "hersey"],
+        confidence=0.9,
+        campaign=SimpleNamespace(),  # type: ignore[arg-type]
+    ).text()
     assert said.startswith(
         "<stribeck> or <hersey>, and <batch> are missing from the linear model; <stribeck> and"
     )
