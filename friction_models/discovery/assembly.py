@@ -269,16 +269,20 @@ def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
 
 
 def _closest(judged: Judged) -> list[str]:
-    """Return a warning where no effect is named and the first of the ranking that is no fault of the data would help all the same."""
-    unseen, shares = judged.unseen, judged.confirmed.shares
-    first = next((f for f in judged.found.ranking if f.effect.kind != "fault"), None)
+    """Return a warning where no effect is named, and one would help all the same: that of the column along which most is left, or the
+    first of the ranking that is no fault of the data."""
+    unseen, shares, ranking = judged.unseen, judged.confirmed.shares, judged.found.ranking
+    along = [place["variables"] for place in judged.confirmed.where[:1]]
+    of_column = next((f for f in ranking if [*f.effect.metadata] in along), None)
+    seen = (f for f in ranking if f.effect.kind != "fault" and judged.found.p_value(f) < LEVEL)
+    first = of_column or next(seen, None)
     if judged.verdict != "unknown_structure" or unseen is None or shares is None or first is None:
-        return []
-    if judged.found.p_value(first) >= LEVEL:
         return []
     before, after = unseen.errors(), unseen.errors([first.effect])
     reachable = float(np.sqrt(min(shares.best, after.rms**2)))
-    return [comes_closest(first.name, before.rms, after.rms, reachable)] if helps(before, after) else []
+    fault = first.effect.kind == "fault"
+    said = comes_closest(first.name, before.rms, after.rms, reachable, fault)
+    return [said] if helps(before, after) else []
 
 
 def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:

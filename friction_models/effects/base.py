@@ -9,8 +9,9 @@ computes numbers and draws the ONNX graph.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -192,6 +193,19 @@ class Effect:
     def degrees_of_freedom(self) -> int:
         """Number of fitted numbers: amplitudes and free shape parameters."""
         return len(self.amplitudes) + len(self.free_shapes)
+
+    def holding(self, values: Mapping[str, float]) -> Self:
+        """Return the effect with shape parameters fixed beside those that are.
+
+        Examples
+        --------
+        >>> from friction_models.effects import Stribeck
+        >>> Stribeck(d=1.0).holding({"v_s": 20.0})
+        Stribeck(d=1.0, v_s=20.0)
+        """
+        held = copy(self)
+        held.fixed = {**self.fixed, **values}
+        return held
 
     def start_shape(self) -> dict[str, float]:
         """Return typical shape parameters for cold forging (fixed ones as fixed)."""

@@ -46,7 +46,7 @@ def why_not_first(
     return f"{said}but {top.name} in its place would be {how}{apart}: {left:.3g}."
 
 
-def comes_closest(name: str, before: float, after: float, reachable: float) -> str:
+def comes_closest(name: str, before: float, after: float, reachable: float, fault: bool = False) -> str:
     """Return what the first of the ranking would do where nothing is named, from rms errors on tests that no fit saw.
 
     Examples
@@ -56,6 +56,7 @@ def comes_closest(name: str, before: float, after: float, reachable: float) -> s
     """
     return (
         f"{name} comes closest: refine --add {name} lowers the rms error on unseen tests from {before:.3g} to {after:.3g} "
-        f"({reachable:.3g} is known to be reachable); it is not named, as mu does not run the way this effect must, what is missing has "
-        "another form or fewer loads, or more than this is missing"
+        f"({reachable:.3g} is known to be reachable). It is not named, for one of these reasons: "
+        + ("it is larger than such a fault is, " if fault else "mu does not run the way this effect must, ")
+        + "what is missing has another form or fewer loads, or more than this is missing"
     )

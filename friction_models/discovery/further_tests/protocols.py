@@ -13,6 +13,7 @@ from ...estimation.campaign.gaps import Gap, gaps_of
 from ...loads import FloatArray, TriboLoads
 from ...loads.contract import QUANTITIES, SET_BY
 from .heating import Heating
+from .stretching import Stretching
 
 #: One test as a row of a test plan.
 PlanRow: TypeAlias = dict[str, str | float]
@@ -58,10 +59,11 @@ class Settings:
     speed: tuple[float, float, float]
     pressure: tuple[float, float, float]
     tool: tuple[float, float, float]
-    #: Specimen shapes (``psi_set``, None where it is not known) and the expansion that each gives; the commonest first.
+    #: Specimen shapes (``psi_set``, None where it is not known) and the mean expansion that each gives; the commonest first.
     shapes: tuple[tuple[float | None, float], ...]
     distance: float  #: Usual sliding distance [mm].
     heating: Heating
+    stretching: Stretching
     #: Setting in the middle of each gap that the tests leave in speed, pressure, temperature [mm/s, MPa, degC] and expansion.
     gaps: dict[Gap, float]
     unknown: tuple[str, ...] = ()  #: Columns of a plan that the data say nothing of.
@@ -87,6 +89,7 @@ class Settings:
             _shapes(campaign, max(float(middle[4]), 1e-3)),
             distance,
             Heating.learn(array[:, 2], array[:, 0], array[:, 3], rise),
+            Stretching.learn(campaign),
             {
                 gap: rounded(gap.middle - (float(np.median(rise)) if load == "T" else 0.0))
                 for load in ("v_rel", "sigma_n", "T", "psi")
@@ -158,7 +161,7 @@ class Settings:
         T = np.minimum(tool + self.heating.rise(sigma, mean, sd), QUANTITIES["T"].upper)
         if rest_at is not None:
             t = t + np.where(np.arange(POINTS) >= rest_at, REST, 0.0)
-        return TriboLoads(v, T, sigma, sd, np.full(POINTS, psi), t=t)
+        return TriboLoads(v, T, sigma, sd, self.stretching.along(psi, sd), t=t)
 
 
 def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:

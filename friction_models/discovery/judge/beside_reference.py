@@ -31,6 +31,16 @@ class BesideReference:
         """Flexible prediction of the tests from one another."""
         return Reference(self.campaign, self.found.floor, self.found.y)
 
+    @cached_property
+    def without_names(self) -> ErrorsByTest:
+        """Errors on unseen tests of the model alone, weighed by the noise where that predicts better: what a name has to beat.
+
+        Fits with effects are weighed so, and what the weights do is no merit of the names.
+        """
+        return min(
+            self.unseen.errors(), self._errors(self._predicted([]).alone), key=lambda errors: errors.rms
+        )
+
     def shares(self, kept: Sequence[Fit], alone: float = BELIEVED) -> ErrorShares:
         """Return the budget of the model with effects; where nothing is named, what is missing is `alone` standard errors sure at least."""
         known = [self._errors(self._predicted(fits).flexible) for fits in ([[], kept] if kept else [[]])]

@@ -41,6 +41,8 @@ class Judged:
         if self.verdict not in NAMED or not self.chosen:
             return []
         first, *others = [f.name for f in self.chosen]
+        if self.verdict == "explained":  # each name stands alone, whatever the search could not tell apart
+            return [first]
         known, rivals = self.evidence.confusion_set, self.confirmed.rivals
         # what is named beside the first one is no rival of it
         alike = [n for n in known if n not in others] if first in known else []

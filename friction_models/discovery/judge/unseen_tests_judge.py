@@ -72,7 +72,9 @@ class UnseenTestsJudge:
             kept, shares = plainest, self.beside.shares(plainest)
         beside = self._rivals(kept, shares)
         likelier = self.rivals.credible_first(kept, beside, alike)
-        if likelier is not kept and helps(self.unseen.errors(), self.unseen.errors(effects_of(likelier))):
+        if likelier is not kept and helps(
+            self.beside.without_names, self.unseen.errors(effects_of(likelier))
+        ):
             kept, shares = likelier, self.beside.shares(likelier)
             verdict = "explained" if verdict == "data_problem" else verdict
             beside = self._rivals(kept, shares)
@@ -116,11 +118,14 @@ class UnseenTestsJudge:
         """Return the verdict of the scan and what it names, after a look at unseen tests where it says that structure is left, or nothing."""
         if verdict == "unknown_structure":
             # structure that does not help to predict other tests is chance; it matters if the names leave it: of three doubts,
-            # that something is left for certain, that it is much, and that the first name bends, one alone does not weigh more
+            # that something is left for certain, that it is much, and that the first name bends, one alone does not weigh more;
+            # levels of a column have no other form
             kept = self.names.that_help(chosen)
             chosen = chosen or kept
             left = self.beside.shares(kept)
-            if kept and sum([left.believed, left.left >= EXPLAINED, bent]) < 2:
+            formed = any(f.effect.driver[0] in LOAD_NAMES for f in kept)
+            much = formed and left.left * self._share_along_loads(kept) >= EXPLAINED
+            if kept and sum([left.believed, much, bent]) < 2:
                 verdict = named
             elif not self.beside.shares([], alone).missing > 0.0:
                 verdict = named if kept and not left.believed else "nothing_missing"
@@ -158,11 +163,18 @@ class UnseenTestsJudge:
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
         if verdict == "unknown_structure" and (
-            together := self.names.together() or self.names.along_the_distance()
+            together := self.names.together() or self.names.along_the_distance() or self._levels()
         ):
             kept, shares = together, self.beside.shares(together)
             verdict = self._verdict(named, kept, shares)
         return verdict, kept, shares
+
+    def _levels(self) -> list[Fit]:
+        """Return the effect of a column of the test table that makes most of what is left, if unseen tests confirm it."""
+        found = [p["variables"] for p in self.beside.places([]) if p["share"] > ALONG_ITS_LOAD]
+        fits = [f for f in self.found.ranking if [*f.effect.metadata] in found and f.effect.kind != "fault"]
+        before = self.beside.without_names
+        return [f for f in fits[:1] if falls(before, self.unseen.errors(effects_of([f])), CONFIRMED)]
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -189,12 +201,15 @@ class UnseenTestsJudge:
     def _along_loads(self, kept: list[Fit], shares: ErrorShares) -> float:
         """Return the share of what is left that lies along loads, where much is left.
 
-        A law of the order of the tests, or of their metadata, says nothing against names or for rivals of them.
+        What the order of the tests or their metadata change, alone or together with a load, says nothing against names or for rivals
+        of them.
         """
-        if shares.left <= NOT_THE_ANSWER:
-            return 1.0
+        return 1.0 if shares.left <= NOT_THE_ANSWER else self._share_along_loads(kept)
+
+    def _share_along_loads(self, kept: list[Fit]) -> float:
+        """Return the share of what is left beside names that lies along loads and nothing else."""
         return 1.0 - sum(
-            p["share"] for p in self.beside.places(kept) if {*LOAD_NAMES}.isdisjoint(p["variables"])
+            p["share"] for p in self.beside.places(kept) if not {*p["variables"]} <= {*LOAD_NAMES}
         )
 
     def _in_another_form(self, kept: list[Fit], shares: ErrorShares) -> bool:
@@ -261,7 +276,7 @@ class UnseenTestsJudge:
         """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
         if self.found.least_p >= MAYBE:
             return None
-        before = self.unseen.errors()
+        before = self.beside.without_names
         for fit in self.found.ranking[:2]:
             seen = self.found.own_p_value(fit) < CLEAR
             if seen and falls(before, self.unseen.errors(effects_of([fit])), CONFIRMED):

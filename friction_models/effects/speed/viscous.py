@@ -30,9 +30,7 @@ class Viscous(Effect):
     name = "viscous"
     title = "viscous share of the lubricant film"
     label = "Viscous friction"
-    sentence = (
-        "friction rises with speed while the contact is cold, as the film of lubricant resists shearing"
-    )
+    sentence = "friction rises with speed, as the film of lubricant resists shearing"
     equation = "mu += k_v * (exp(-beta (T - 20)) * v_rel/v_0 * (2 s_0/(sigma_n + s_0))^m)^q"
     latex = (
         r"\mu \mathrel{+}= k_v\left(e^{-\beta(T-20)}\,\frac{v_\mathrm{rel}}{v_0}"

@@ -15,8 +15,8 @@ import numpy as np
 
 from ...effects.base import Effect
 from ...effects.empirical.effect import Empirical
-from ...effects.parameters import ShapeParameter
-from ...loads import FloatArray
+from ...effects.parameters import ShapeParameter, Spans
+from ...loads import LOAD_NAMES, FloatArray
 from ..campaign.binned_tests import BinnedTests
 from ..noise.layout import Layout
 from ..noise.noise_floor import NoiseFloor, Whitener, estimate
@@ -40,6 +40,8 @@ KEEP_CURVE = 0.95
 #: A contribution that scatters as much as all of mu counts like so many residuals of the usual size: where levels of a plan leave
 #: open how large effect and base are that cancel each other, they are no larger than it takes.
 RESTRAINT = 1.0
+#: Two columns that differ by less than this share of their size, but for a factor, are the same one.
+SCALED = 1e-9
 #: Columns of effects that are kept while their shapes are sought.
 MOST_KEPT = 32
 
@@ -65,14 +67,15 @@ class JointProblem:
     def __init__(
         self, campaign: BinnedTests, law: BaseLaw, effects: list[Effect], weights: FloatArray | None = None
     ) -> None:
-        self.campaign, self.law, self.effects = campaign, law, effects
+        self.campaign, self.law = campaign, law
         coefficients = np.linalg.lstsq(law.columns, campaign.mu - law.offset, rcond=1e-10)[0]
         self.mu = np.maximum(law.columns @ coefficients + law.offset, 0.0)
         self.base = campaign.average(law.columns)
         self.y = campaign.average(campaign.mu - law.offset)
         self.scatter = float(np.std(self.y)) or 1e-6
         self.spans = spans_of(campaign, self.mu)
-        self.grids = [e.grids(self.spans) for e in effects]
+        self.effects = [e.holding(_only_scaling(e, campaign, self.mu, self.spans)) for e in effects]
+        self.grids = [e.grids(self.spans) for e in self.effects]
         self.shapes = [{n: float(g[len(g) // 2]) for n, g in grid.items()} for grid in self.grids]
         self.layout = Layout.of(campaign) if len(campaign.tests) >= LEAST_TESTS and campaign.grouped else None
         self.root = None if weights is None else np.sqrt(campaign.average(weights))
@@ -265,6 +268,26 @@ class JointProblem:
             ]
             self.mu = np.maximum(own + self.contribution(keep), 0.0)
         self._blocks.clear()
+
+
+def _only_scaling(effect: Effect, campaign: BinnedTests, mu: FloatArray, spans: Spans) -> dict[str, float]:
+    """Return shape parameters that only scale an effect in these tests, as the amplitudes do, with the middle of what is sought.
+
+    Where a load stays the same, nothing tells how the effect changes with it. Fitted all the same, such a parameter would leave the
+    amplitude open as well.
+    """
+    if all(campaign.varies(load) for load in effect.driver if load in LOAD_NAMES):
+        return {}
+    grids = effect.grids(spans)
+    middle = {name: float(values[len(values) // 2]) for name, values in grids.items()}
+    found = {}
+    for shape in effect.free_shapes:
+        ends = [{**middle, shape.name: end} for end in effect.limits(shape, grids[shape.name])]
+        low, high = (bin_means(effect, campaign, mu, at)[:, 0] for at in ends)
+        along = np.sum(low * high, axis=0) / np.maximum(np.sum(low**2, axis=0), 1e-300)
+        if np.all(np.linalg.norm(high - low * along, axis=0) <= SCALED * np.linalg.norm(high, axis=0)):
+            found[shape.name] = middle[shape.name]
+    return found
 
 
 def _rows(values: FloatArray, by: FloatArray) -> FloatArray:

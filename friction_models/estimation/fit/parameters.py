@@ -106,6 +106,7 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
         return FittedTerms([], np.empty(0), [])
     effects = as_fitted(campaign, effects)
     problem = solve_jointly(campaign, law, effects)
+    effects = problem.effects
     coefficients, amplitudes = problem.solve(problem.shapes)
     blocks = problem.columns(problem.shapes)
     residual = problem.y - problem.base @ coefficients

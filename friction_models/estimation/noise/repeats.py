@@ -19,6 +19,8 @@ LEAST_FREEDOM = 3
 #: With fewer than this of the same metadata, tests at the same loads count as repeats beside different ones: about what levels of
 #: these make of them, where as many differences are left then, too.
 ENOUGH_FREEDOM = 8
+#: Differences for each level, so that few levels are no scatter where there are fewer than that.
+FOR_EACH_LEVEL = 2
 #: Repeats that share some metadata agree better than those that share none, where chance makes them do so this rarely.
 AGREE_BETTER = 0.001
 #: Fewest settings, and draws, for the question whether settings differ by more than repeats do.
@@ -135,7 +137,7 @@ def _about_levels(
         levels = _levels(campaign, across)
         offsets, spent = _of_levels(levels, campaign.of_tests(residual), groups)
         # on other days or of other batches: what is not the same for each level of them is scatter, or all of it if they are many
-        if freedom - spent >= ENOUGH_FREEDOM:
+        if freedom - spent >= min(ENOUGH_FREEDOM, max(FOR_EACH_LEVEL * spent, LEAST_FREEDOM)):
             own, residual, freedom = levels, residual - offsets[campaign.test], freedom - spent
     square = sum(_square_apart(campaign, residual, g) for g in groups) / freedom
     return _Groups(groups, own, square, freedom)

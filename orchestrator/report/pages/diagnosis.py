@@ -28,8 +28,8 @@ from ..parts.chart import figure
 from ..parts.page import Page
 from ..sections import evidence
 
-#: About so many points, every k-th of each test, are enough to compare two fits, and quick.
-MOST_POINTS = 3000
+#: Of more points every k-th of each test is taken, for the sake of time: what happens in a few points of a test may be missed.
+MOST_POINTS = 100_000
 
 
 def diagnosis_page(found: Diagnosis, label: str, confirmed: Addition | None = None, held_out: int = 0) -> str:

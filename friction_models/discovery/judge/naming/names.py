@@ -163,7 +163,8 @@ class Names:
 
     def _shown(self, fit: Fit) -> bool:
         """Return whether unseen tests alone show an effect for certain; in the scan others may drown it."""
-        return fit.gain > 0.0 and falls(self.unseen.errors(), self.unseen.errors(effects_of([fit])), ALONE)
+        after = self.unseen.errors(effects_of([fit]))
+        return fit.gain > 0.0 and falls(self.beside.without_names, after, ALONE)
 
     def _best_led(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by one that fits as well and that unseen tests clearly prefer, where much is left to predict.
@@ -286,7 +287,7 @@ class Names:
         return next(([f, *others] for f in rivals if self._prefer(kept, [f, *others])), kept)
 
     def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
-        before = self.unseen.errors(effects_of(kept))
+        before = self.unseen.errors(effects_of(kept)) if kept else self.beside.without_names
         after = self.unseen.errors(effects_of([*kept, fit]))
         p = self.found.p_value(fit)
         weak = not kept and p >= CLEAR and fall(before, after)[0] < WEAK_SHARE * before.rms**2
