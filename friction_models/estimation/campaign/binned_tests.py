@@ -129,9 +129,19 @@ class BinnedTests:
         return np.asarray(np.argsort(np.lexsort(means[::-1])))
 
     @cached_property
+    def path(self) -> FloatArray:
+        """Distance along which friction may change [mm], shape (n,): since the start of the test, or the recorded one where tests go
+        on on the track of others, so that it differs more between their starts than along them."""
+        sd = self.loads.sd
+        if self.averaged or "sd" in self.absent:
+            return self.distance
+        along = sd - (np.bincount(self.point_test, sd) / np.bincount(self.point_test))[self.point_test]
+        return sd if np.std(sd[self.point_starts]) > np.std(along) else self.distance
+
+    @cached_property
     def levels(self) -> dict[str, FloatArray]:
-        """Mean over each test of each load that was measured and varies, of the distance for ``sd``; shape (tests,) each."""
-        columns = {n: self.distance if n == "sd" else getattr(self.loads, n) for n in self.varied}
+        """Mean over each test of each load that was measured and varies, of the `path` for ``sd``; shape (tests,) each."""
+        columns = {n: self.path if n == "sd" else getattr(self.loads, n) for n in self.varied}
         return {n: self.of_tests(self.average(column)) for n, column in columns.items()}
 
     @cached_property

@@ -23,9 +23,7 @@ def products(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def transformed(campaign: BinnedTests, name: str) -> FloatArray:
     """Return bin means of a load on the scale on which its curve is drawn."""
-    return on_scale(
-        name, campaign.average(campaign.distance if name == "sd" else getattr(campaign.loads, name))
-    )
+    return on_scale(name, campaign.average(campaign.path if name == "sd" else getattr(campaign.loads, name)))
 
 
 def scaled_loads(campaign: BinnedTests) -> dict[str, FloatArray]:
@@ -35,7 +33,7 @@ def scaled_loads(campaign: BinnedTests) -> dict[str, FloatArray]:
 
 
 def on_scale(name: str, values: FloatArray) -> FloatArray:
-    """Return values of a load (of `sd` the distance since the start) on the scale on which its curve is drawn."""
+    """Return values of a load (of `sd` the path) on the scale on which its curve is drawn."""
     if name == "v_rel":
         return np.log(values + 0.02 * max(float(values.max()), 1e-12))
     if name == "sd":
@@ -48,5 +46,13 @@ def on_scale(name: str, values: FloatArray) -> FloatArray:
 def spline_columns(campaign: BinnedTests, drivers: tuple[str, ...], knots: int = 4) -> FloatArray:
     """Return curves along the named loads, shape (m, k); loads that do not vary give nothing."""
     names = [d for d in drivers if d in LOAD_NAMES and campaign.varies(d)]
-    blocks = [curve(transformed(campaign, n), knots) for n in names]
+    blocks = [curve_along(campaign, n, knots) for n in names]
     return np.column_stack(blocks) if blocks else np.empty((len(campaign.starts), 0))
+
+
+def curve_along(campaign: BinnedTests, name: str, knots: int) -> FloatArray:
+    """Return a curve along a load, shape (m, k); along the path of all tests and along each test where these go on on one track."""
+    along = curve(transformed(campaign, name), knots)
+    if name != "sd" or campaign.path is campaign.distance:
+        return along
+    return np.column_stack([along, curve(on_scale("sd", campaign.average(campaign.distance)), knots)])

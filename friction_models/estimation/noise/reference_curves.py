@@ -57,7 +57,7 @@ def reference_curves(
         return np.asarray((mean - mean.mean()) / max(float(mean.std()), 1e-300))
 
     for name, values in scaled_loads(campaign).items():
-        along = name == "sd"
+        along = name == "sd" and campaign.path is campaign.distance
         names.append("distance" if along else name)
         columns.append(_smooth(values, WAVY_PLACES, DISTANCE_REACH if along else REACH, WAVES))
         means.append(level(values))

@@ -16,7 +16,7 @@ import numpy as np
 from ...loads import LOAD_NAMES, FloatArray
 from ...loads.contract import ORDER
 from ..campaign.binned_tests import BinnedTests
-from ..campaign.curves import curve, products, scaled_loads, spline_columns, transformed
+from ..campaign.curves import curve, curve_along, products, scaled_loads, spline_columns, transformed
 from ..campaign.metadata import is_text
 from .scan import Fit, Projector
 from .search_round import SearchRound
@@ -248,7 +248,7 @@ def _metadata_curve(campaign: BinnedTests, name: str) -> FloatArray:
 
 
 def _curves(campaign: BinnedTests, knots: int = KNOTS) -> dict[str, FloatArray]:
-    return {n: curve(values, knots) for n, values in scaled_loads(campaign).items()}
+    return {n: curve_along(campaign, n, knots) for n in scaled_loads(campaign)}
 
 
 def _with_products(a: FloatArray, b: FloatArray) -> FloatArray:

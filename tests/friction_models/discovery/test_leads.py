@@ -62,3 +62,14 @@ def test_one_that_fits_all_tests_worse_needs_more() -> None:
     assert _led(both, _Effect("speed", 0.05, LIKELY, gain=70.0)) == "both"
     certain = [4.0, 3.0] * 8
     assert _led(both, _Effect("speed", 0.05, certain, gain=70.0)) == "speed"
+
+
+def test_what_the_weights_of_a_fit_gain_is_no_merit_of_a_name() -> None:
+    """A name lowered the error of a plain fit by a quarter, of which its weights alone made all but a hundredth."""
+    effect = _Effect("hersey", 0.0, [2.0, 2.5] * 8)
+    names = _names(effect)
+    cast(Any, names.found).p_value = lambda fit: 0.001
+    cast(Any, names.beside).without_names = ErrorsByTest(np.tile([7.05, 6.57], 8), np.zeros(16))
+    assert names.that_help([cast(Any, effect)]) == []
+    cast(Any, names.beside).without_names = ErrorsByTest(np.full(16, 9.0), np.zeros(16))
+    assert names.that_help([cast(Any, effect)]) == [effect]
