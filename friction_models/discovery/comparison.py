@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypedDict
 
@@ -12,9 +12,10 @@ import pandas as pd
 
 from ..common import InputError
 from ..common.imports.drawn import Drawn
-from ..common.wording import counted
+from ..common.wording import counted, listed
 from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.binning import prepare
+from ..families.refinement_history import faults_of
 from ..loads import FloatArray
 from ..models.measures import predict_points
 from ..models.model_card import Seen, seen_in_training
@@ -101,6 +102,7 @@ class Comparison(Drawn):
     per_test: pd.DataFrame
     synthetic: bool = False
     seen: Mapping[str, Seen] = field(default_factory=dict)
+    faults: Mapping[str, Sequence[str]] = field(default_factory=dict)  #: Of the data, that a model knows of.
 
     def to_dict(self) -> ComparisonNumbers:
         """Return JSON-able data."""
@@ -129,8 +131,15 @@ class Comparison(Drawn):
         }
 
     def remarks(self) -> list[str]:
-        """Return a sentence for each model that was trained on tests that it is judged by."""
-        return [self.seen[name].sentence(name) for name in self.ranking if name in self.seen]
+        """Return a sentence for each model that was trained on tests that it is judged by, or whose predictions are without a fault of the data."""
+        return [
+            *(self.seen[name].sentence(name) for name in self.ranking if name in self.seen),
+            *(
+                f"{name}: the measurements hold {listed(self.faults[name])}, which its predictions leave out; refine judges it without"
+                for name in self.ranking
+                if name in self.faults
+            ),
+        ]
 
     def __repr__(self) -> str:
         errors = ", ".join(f"{n}: {self.errors[n].rmse:.4g}" for n in self.ranking)
@@ -159,7 +168,7 @@ class Comparison(Drawn):
                 f"{name:<{width}}  {e.rmse:.5f} {_shown(e.rmse_interval)}  {e.mae:.5f} {_shown(e.mae_interval)}  "
                 f"{e.bias:+.5f} {_shown(e.bias_interval, '+')}  {100 * e.wins:3.0f} % of tests"
             )
-        return "\n".join([*lines, *([""] if self.seen else []), *self.remarks()]) + "\n"
+        return "\n".join([*lines, *([""] if self.seen or self.faults else []), *self.remarks()]) + "\n"
 
 
 def compare(
@@ -198,7 +207,7 @@ def compare(
     if not models:
         raise InputError("compare: no model was given; allowed: at least one")
     campaign = prepare(data, tests)
-    errors, seen = {}, {}
+    errors, seen, faults = {}, {}, {}
     ids, measured = _as_given(data)
     for name, model in models.items():
         predicted = predict_points(f"model {name!r}", model, campaign.loads, tests)
@@ -206,8 +215,10 @@ def compare(
         trained = seen_in_training(model, ids, measured)
         if trained is not None:
             seen[str(name)] = trained
+        if known := faults_of(model):
+            faults[str(name)] = known
     result = _compare(campaign, errors, np.random.default_rng(seed))
-    return replace(result, synthetic=bool(data.attrs.get("synthetic", False)), seen=seen)
+    return replace(result, synthetic=bool(data.attrs.get("synthetic", False)), seen=seen, faults=faults)
 
 
 def _as_given(data: pd.DataFrame) -> tuple[npt.NDArray[Any], FloatArray]:

@@ -62,6 +62,11 @@ def left_out_tests(model: object) -> list[str]:
     return list(history[-1].get("left_out", [])) if history else []
 
 
+def faults_of(model: object) -> list[str]:
+    """Return the faults of the data that a model knows, and that its predictions leave out; none for models without effects."""
+    return [effect.name for effect in getattr(model, "effects_", []) if effect.kind == "fault"]
+
+
 def rise_text(entry: Mapping[str, Any]) -> str:
     """Return by how much the RMSE of a round rose (95 %), where it rose by more than chance; else an empty text.
 

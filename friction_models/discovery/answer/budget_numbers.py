@@ -60,7 +60,8 @@ def budget_numbers(
     floor = {**floor, "interval": [min(low, total), max(high, total)], "total": total}
     # the parts were estimated beside the first effect, and may hold what further names or the reference explain
     parts = _parts(campaign, found)
-    if ADDS_UP * total <= float(np.sqrt(sum(parts.values()))) <= total / ADDS_UP:
+    # of one mean a test nobody knows what its points scatter
+    if not campaign.averaged and ADDS_UP * total <= float(np.sqrt(sum(parts.values()))) <= total / ADDS_UP:
         floor["shares"] = {name: part / sum(parts.values()) for name, part in parts.items()}
     floor["test"], floor["drift"] = min(floor["test"], total), min(floor["drift"], total)
     explained = max(whole - left - missing, 0.0)

@@ -54,13 +54,13 @@ def about_the_fit(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:
     ]
     tied = {name for first, second, _ in fitted.correlations for name in (first, second)}
     unsized = [
-        f"{term.name}: the interval of {a.name} ({low:.2g} to {high:.2g}) holds both signs: by itself it is not known, beside the other "
+        f"{term.name}: the interval of {a.name} ({low:.2g} to {high:.2g}) reaches 0: by itself it is not known, beside the other "
         "parameters and the model it is tied to; whether the effect is there, unseen tests say"
         for term in fitted.terms
         for a in term.effect.amplitudes
         if a.sign and a.name in term.intervals and f"{term.name}.{a.name}" not in tied
         for low, high in [term.intervals[a.name]]
-        if low < 0.0 < high
+        if low <= 0.0 <= high
     ]
     known = at_bounds + at_limits + tied_text(fitted.correlations) + opposed + faults + unsized
     return [*known, *_turning(campaign, fitted), *_between(campaign, fitted)]

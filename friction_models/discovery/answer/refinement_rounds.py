@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...common.wording import listed
-from ...families.refinement_history import chance_text, rise_text
+from ...families.refinement_history import chance_text, faults_of, rise_text
 from ...models.base import FrictionModel
 
 #: An error that does not fall below this share of the earlier one is said to be no better.
@@ -92,7 +92,7 @@ def _best_without(entry: Mapping[str, Any]) -> float:
 
 def fault_note(model: FrictionModel) -> str:
     """Return that measurements hold the faults that a model leaves out; empty where it corrects the data for none."""
-    faults = [e.name for e in getattr(model, "effects_", []) if e.kind == "fault"]
+    faults = faults_of(model)
     if not faults:
         return ""
     return f"The measurements still hold {listed(faults)} here, which the model leaves out; only the rounds are judged without."

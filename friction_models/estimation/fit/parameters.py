@@ -36,7 +36,7 @@ class FittedTerm:
     #: Fitted parameters by name.
     shape: dict[str, float]
     amplitudes: dict[str, float]
-    #: 95 % intervals of those that were fitted; shape parameters stay within their bounds.
+    #: 95 % intervals of those that were fitted; shape parameters stay within their bounds, amplitudes have their physical sign.
     intervals: dict[str, tuple[float, float]]
     binned: FloatArray  #: Its share of mu in the bins, shape (m,).
     #: Between which values the shape parameters were sought: what is allowed, and not too far from what was tested.
@@ -125,7 +125,9 @@ def fit_terms(campaign: BinnedTests, law: BaseLaw, effects: list[Effect]) -> Fit
         for name, place in places[k].items():
             half = float(width[problem.base.shape[1] + place])
             if name in named:
-                intervals[name] = (named[name] - half, named[name] + half)
+                low, high = named[name] - half, named[name] + half
+                sign = next(a.sign for a in effect.amplitudes if a.name == name)
+                intervals[name] = (max(low, 0.0) if sign > 0 else low, min(high, 0.0) if sign < 0 else high)
             else:
                 bounds = next(s for s in effect.shapes if s.name == name)
                 middle = bounds.inner(shape[name])

@@ -12,7 +12,7 @@ import pytest
 from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError
-from friction_models.discovery import diagnose, refine
+from friction_models.discovery import compare, diagnose, refine
 from friction_models.discovery.answer.refinement_rounds import history_text
 from friction_models.discovery.answer.summaries import unrecorded_factor
 from friction_models.effects import make_effect
@@ -41,6 +41,13 @@ def test_a_fault_that_was_found_is_refined_and_stays_out_of_the_model() -> None:
     assert entry["after"]["rmse"] < 0.8 * entry["before"]["rmse"]
     assert entry["corrects_data"] == ["sensor_drift"] and not model.exported
     assert "not in exported files" in history_text(model.error_history_)
+    told = compare(
+        {"mended": model, "plain": LinearFriction().fit_frame(points, tests)}, points, tests
+    ).remarks()
+    assert any(
+        t.startswith("mended: the measurements hold sensor_drift, which its predictions leave out")
+        for t in told
+    )
     late = points[points["test_id"] == points["test_id"].iloc[0]].assign(test_id="t")
     alike = [model.predict_frame(late, pd.DataFrame({"test_id": ["t"], "order": [k]})) for k in (1, 80)]
     assert np.array_equal(*alike)  # the drift is no friction
