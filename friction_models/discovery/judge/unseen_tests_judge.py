@@ -22,7 +22,7 @@ from .naming.rivals import Further, Rivals, told
 from .naming.straight_fits import StraightFits
 from .naming.two_loads import TwoLoads
 from .unseen_tests import UnseenTests
-from .verdict import BENT_MEMORY
+from .verdict import BENT_MEMORY, LEVEL
 
 #: More than this share of what is left lies along the load of the only name: its form is another one.
 ALONG_ITS_LOAD = 0.6
@@ -31,6 +31,8 @@ ALONG_ITS_LOAD = 0.6
 ALONE_SHARE, ALONE_CERTAIN, MUCH = 0.05, 3.0, 0.25
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
 MAYBE, CONFIRMED = 0.2, 1.7
+#: What leaves less than this share of the squared error on unseen tests need not be as significant.
+MOST = 0.5
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
 #: verdict to say so.
 BEYOND_REPEATS = 0.25
@@ -278,8 +280,9 @@ class UnseenTestsJudge:
             return None
         before = self.beside.without_names
         for fit in self.found.ranking[:2]:
-            seen = self.found.own_p_value(fit) < CLEAR
-            if seen and falls(before, self.unseen.errors(effects_of([fit])), CONFIRMED):
+            p, after = self.found.own_p_value(fit), self.unseen.errors(effects_of([fit]))
+            most = p < LEVEL and after.rms**2 < MOST * before.rms**2
+            if (p < CLEAR or most) and falls(before, after, CONFIRMED):
                 return fit
         return None
 
