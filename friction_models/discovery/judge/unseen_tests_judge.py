@@ -280,9 +280,10 @@ class UnseenTestsJudge:
             return None
         before = self.beside.without_names
         for fit in self.found.ranking[:2]:
-            p, after = self.found.own_p_value(fit), self.unseen.errors(effects_of([fit]))
-            most = p < LEVEL and after.rms**2 < MOST * before.rms**2
-            if (p < CLEAR or most) and falls(before, after, CONFIRMED):
+            if (p := self.found.own_p_value(fit)) >= LEVEL:
+                continue
+            after = self.unseen.errors(effects_of([fit]))
+            if (p < CLEAR or after.rms**2 < MOST * before.rms**2) and falls(before, after, CONFIRMED):
                 return fit
         return None
 
