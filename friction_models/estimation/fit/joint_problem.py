@@ -40,7 +40,7 @@ KEEP_CURVE = 0.95
 #: A contribution that scatters as much as all of mu counts like so many residuals of the usual size: where levels of a plan leave
 #: open how large effect and base are that cancel each other, they are no larger than it takes.
 RESTRAINT = 1.0
-#: Two columns that differ by less than this share of their size, but for a factor, are the same one.
+#: Columns of size one that differ by less than this are the same.
 SCALED = 1e-9
 #: Columns of effects that are kept while their shapes are sought.
 MOST_KEPT = 32
@@ -283,11 +283,15 @@ def _only_scaling(effect: Effect, campaign: BinnedTests, mu: FloatArray, spans: 
     found = {}
     for shape in effect.free_shapes:
         ends = [{**middle, shape.name: end} for end in effect.limits(shape, grids[shape.name])]
-        low, high = (bin_means(effect, campaign, mu, at)[:, 0] for at in ends)
-        along = np.sum(low * high, axis=0) / np.maximum(np.sum(low**2, axis=0), 1e-300)
-        if np.all(np.linalg.norm(high - low * along, axis=0) <= SCALED * np.linalg.norm(high, axis=0)):
+        low, high = (_of_size_one(bin_means(effect, campaign, mu, at)[:, 0]) for at in ends)
+        if np.allclose(low, high, rtol=0.0, atol=SCALED):
             found[shape.name] = middle[shape.name]
     return found
+
+
+def _of_size_one(columns: FloatArray) -> FloatArray:
+    """Return columns, shape (m, k), divided by their norms; zeros stay."""
+    return columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
 
 
 def _rows(values: FloatArray, by: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from friction_models.discovery.answer.not_first import why_not_first
 from friction_models.discovery.answer.repeated_settings import settings_text
 from friction_models.discovery.answer.wording import confidence_text, meaning_of_numbers
 from friction_models.discovery.formulas.offers import FormulaOffer, offer_lines
-from friction_models.discovery.judge.judged import alternatives
+from friction_models.discovery.judge.judged import Judged, alternatives
 from friction_models.effects import CATALOGUE, make_effect
 from friction_models.effects.base import Effect
 from friction_models.estimation.campaign.binning import prepare
@@ -152,3 +152,13 @@ def test_a_term_that_no_resample_prefers_says_what_it_was_chosen_for() -> None:
     assert lines[1].endswith("; chosen for its error on unseen tests; it was first in none of the resamples")
     assert lines[3].endswith("; one of the terms was first in none of the resamples")
     assert lines[5].endswith("; first in 25 % of resamples")
+
+
+def test_what_is_explained_has_no_rivals_left() -> None:
+    """A law of two loads gave way to two laws of one each, and was still said not to be told from the first of them."""
+    fits = [SimpleNamespace(name=name) for name in ("rising_speed", "thermal_softening")]
+    evidence: Any = SimpleNamespace(confusion_set=["rising_speed", "viscous"])
+    for verdict, alike in (("explained", ["rising_speed"]), ("ambiguous", ["rising_speed", "viscous"])):
+        confirmed: Any = SimpleNamespace(verdict=verdict, chosen=fits, rivals=())
+        judged = Judged(found=Any, evidence=evidence, confirmed=confirmed, notes=[])  # type: ignore[arg-type]
+        assert judged.confusion == alike

@@ -163,8 +163,9 @@ class Names:
 
     def _shown(self, fit: Fit) -> bool:
         """Return whether unseen tests alone show an effect for certain; in the scan others may drown it."""
-        after = self.unseen.errors(effects_of([fit]))
-        return fit.gain > 0.0 and falls(self.beside.without_names, after, ALONE)
+        return fit.gain > 0.0 and falls(
+            self.beside.without_names, self.unseen.errors(effects_of([fit])), ALONE
+        )
 
     def _best_led(self, kept: list[Fit]) -> list[Fit]:
         """Return the effects led by one that fits as well and that unseen tests clearly prefer, where much is left to predict.
