@@ -99,9 +99,14 @@ def share(tick: Tick, steps: int, what: str = "") -> Callable[[float], None]:
 
 
 def say(text: str) -> None:
-    """Print a line of the result to stdout; names and texts of files may hold anything, a terminal obeys none of it."""
+    """Print a line of the result to stdout; names and texts of files may hold anything, a terminal obeys none of it.
+
+    Who reads the first lines only (`| head`) gets the files all the same that were asked for.
+    """
     try:
         print(inert(text), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         if error.errno == errno.ENOSPC:
             raise OSError(error.errno, os.strerror(error.errno), "standard output") from None

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -302,3 +304,24 @@ def test_a_mark_that_is_no_file_is_not_waited_for(place: Path) -> None:
     (place / "grown" / "twin" / "x.nc").write_text("")
     os.mkfifo(place / "grown" / ".tribofmu")
     assert run(["twin", "campaign", "-o", "grown"]) == 2
+
+
+def test_who_reads_the_first_lines_only_gets_the_files(tmp_path: Path) -> None:
+    """`diagnose --report FILE | head -3` wrote no report, in silence."""
+    done = tmp_path / "done"
+    code = f"""
+from pathlib import Path
+from orchestrator.cli.common.console import say
+for k in range(3):
+    say(str(k))
+Path({str(done)!r}).write_text("all")
+"""
+    unread, pipe = os.pipe()
+    os.close(unread)
+    try:
+        ran = subprocess.run(
+            [sys.executable, "-c", code], stdout=pipe, stderr=subprocess.PIPE, timeout=120, check=False
+        )
+    finally:
+        os.close(pipe)
+    assert (ran.returncode, ran.stderr) == (0, b"") and done.read_text() == "all"
