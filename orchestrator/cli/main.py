@@ -56,7 +56,9 @@ def run(arguments: Sequence[str]) -> int:
         except KeyboardInterrupt:
             result = INTERRUPTED
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            from .common.console import read_no_more
+
+            read_no_more()
             return 0
         except Exception as error:
             # Foreign code takes an interrupt for an error of its own.

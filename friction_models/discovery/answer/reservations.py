@@ -11,8 +11,7 @@ from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from ..judge.confirmation import Confirmation
 from ..judge.verdict import LEVEL
-from .repeated_settings import settings_text
-from .wording import mu_format
+from .wording import mu_format, settings_text
 
 #: Share of mu from which on what could hide is said.
 MATTERS = 0.25

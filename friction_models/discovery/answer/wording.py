@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...common.wording import listed
-from ...estimation.noise.noise_floor import NoiseFloorNumbers
+from ...estimation.campaign.settings import SAME_SETTING
+from ...estimation.noise.noise_floor import NoiseFloorNumbers, RepeatsNumbers
 from .findings import ParameterValue
-from .repeated_settings import settings_text
 
 #: Numbers of mu below this are printed by their significant digits.
 SMALL_MU = 1e-4
@@ -152,6 +152,26 @@ def about_next_tests(verdict: str) -> str:
     if verdict != "unknown_structure":
         return ""
     return "no effect of the catalogue explains it as the tests stand; these tell whether one does after all, and which"
+
+
+def settings_text(repeats: RepeatsNumbers) -> str:
+    """Return which tests are repeats, in words.
+
+    Examples
+    --------
+    >>> numbers = {"settings": 14, "tests": 62, "scatter": 0.03, "interval": [0.02, 0.04], "p_value": 0.001}
+    >>> settings_text({**numbers, "exact": False})
+    '62 tests at 14 settings that agree within 3 % of the range of their loads'
+    >>> settings_text({**numbers, "exact": True})
+    '62 tests at 14 repeated settings'
+    """
+    near = repeats.get("exact") is False
+    settings = (
+        f"settings that agree within {100 * SAME_SETTING:g} % of the range of their loads"
+        if near
+        else "repeated settings"
+    )
+    return f"{repeats['tests']} tests at {repeats['settings']} {settings}"
 
 
 def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:

@@ -25,8 +25,8 @@ class Stretching:
     @classmethod
     def learn(cls, campaign: BinnedTests) -> Stretching:
         """Return the course of tests, by medians; 1 everywhere where no surface grows."""
-        psi, test = campaign.loads.psi, campaign.point_test
-        mean = (np.bincount(test, psi) / np.bincount(test))[test] - 1.0
+        psi = campaign.loads.psi
+        mean = campaign.mean_at_points(psi) - 1.0
         grown = np.abs(mean) > LEAST
         if np.count_nonzero(grown) < PLACES:
             return cls(np.zeros(1), np.ones(1))

@@ -135,8 +135,13 @@ class BinnedTests:
         sd = self.loads.sd
         if self.averaged or "sd" in self.absent:
             return self.distance
-        along = sd - (np.bincount(self.point_test, sd) / np.bincount(self.point_test))[self.point_test]
+        along = sd - self.mean_at_points(sd)
         return sd if np.std(sd[self.point_starts]) > np.std(along) else self.distance
+
+    def mean_at_points(self, values: FloatArray) -> FloatArray:
+        """Return at every point the mean of values, shape (n,), over the points of its test."""
+        test = self.point_test
+        return np.asarray((np.bincount(test, values) / np.bincount(test))[test])
 
     @cached_property
     def levels(self) -> dict[str, FloatArray]:

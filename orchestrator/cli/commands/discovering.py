@@ -145,7 +145,7 @@ def refine(
     """
     from friction_models import evaluate
     from friction_models.discovery import refine as improve
-    from friction_models.discovery.answer.refinement_rounds import fault_note, history_text
+    from friction_models.discovery.refinement_rounds import fault_note, history_text
     from friction_models.effects import known_effect, make_effect
 
     for name in add:

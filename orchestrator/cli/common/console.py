@@ -106,11 +106,16 @@ def say(text: str) -> None:
     try:
         print(inert(text), flush=True)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        read_no_more()
     except OSError as error:
         if error.errno == errno.ENOSPC:
             raise OSError(error.errno, os.strerror(error.errno), "standard output") from None
         raise
+
+
+def read_no_more() -> None:
+    """Let what is still said to stdout go nowhere, when nobody reads it any more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def write_page(outs: Sequence[Path] | None, name: str, *content: Any) -> None:

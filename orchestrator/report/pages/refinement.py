@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from friction_models.common.markup import bullets, paragraph, table
-from friction_models.discovery.answer.refinement_rounds import fault_note, round_notes
+from friction_models.discovery.refinement_rounds import fault_note, round_notes
 from friction_models.loads import DataSet
 
 from ..charts.residuals import residual_chart

@@ -158,7 +158,7 @@ def _chapters(chapters: Sequence[Chapter], prefix: str) -> list[str]:
 def _rounds(loops: Sequence[Loop]) -> list[str]:
     """Return the staircase of falling error of each data set and its numbers."""
     # It brings all models, for which a project without rounds does not wait.
-    from friction_models.discovery.answer.refinement_rounds import round_notes
+    from friction_models.discovery.refinement_rounds import round_notes
 
     parts = []
     for number, loop in enumerate(loops, 1):

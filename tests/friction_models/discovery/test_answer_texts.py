@@ -15,8 +15,7 @@ import pytest
 from friction_models.discovery import diagnose
 from friction_models.discovery.answer.changes import changes_text
 from friction_models.discovery.answer.not_first import why_not_first
-from friction_models.discovery.answer.repeated_settings import settings_text
-from friction_models.discovery.answer.wording import confidence_text, meaning_of_numbers
+from friction_models.discovery.answer.wording import confidence_text, meaning_of_numbers, settings_text
 from friction_models.discovery.formulas.offers import FormulaOffer, offer_lines
 from friction_models.discovery.judge.judged import Judged, alternatives
 from friction_models.effects import CATALOGUE, make_effect

@@ -12,7 +12,7 @@ from benchmarks.discovery_campaigns import campaign
 from friction_models import ComposedFriction, LinearFriction, load_model
 from friction_models.common import InputError
 from friction_models.discovery import compare, refine
-from friction_models.discovery.answer.refinement_rounds import history_text
+from friction_models.discovery.refinement_rounds import history_text
 from friction_models.discovery.resampling import before_and_after
 from friction_models.families.refinement_history import checked_round
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose, refine
-from friction_models.discovery.answer.refinement_rounds import history_text
+from friction_models.discovery.refinement_rounds import history_text
 from friction_models.loads import FloatArray
 
 from .test_next_tests import made

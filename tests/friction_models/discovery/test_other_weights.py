@@ -10,7 +10,7 @@ import pytest
 
 from friction_models.common import InputError
 from friction_models.discovery import refine
-from friction_models.discovery.answer.refinement_rounds import BETTER, history_text, round_notes
+from friction_models.discovery.refinement_rounds import BETTER, history_text, round_notes
 from friction_models.families.refinement_history import checked_round
 from friction_models.loads import DataSet
 from orchestrator.report.pages.refinement import refinement_page

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ...common.wording import listed
-from ...families.refinement_history import chance_text, faults_of, rise_text
-from ...models.base import FrictionModel
+from ..common.wording import listed
+from ..families.refinement_history import chance_text, faults_of, rise_text
+from ..models.base import FrictionModel
 
 #: An error that does not fall below this share of the earlier one is said to be no better.
 BETTER = 0.995
