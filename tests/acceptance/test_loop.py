@@ -189,7 +189,7 @@ def demo(home: Path, tmp_path_factory: pytest.TempPathFactory) -> Demo:
         plan=str(home / "plan.csv"),
         other="polynomial",
         levels=(Level(20.0, 100.0),),
-        stroke=7.0,
+        stroke=4.0,
     )
     return Demo(grown(tmp_path_factory.mktemp("demo"), DEMO), scenario, jobs=1)
 

@@ -381,7 +381,7 @@ def test_averages_with_a_distance_that_says_nothing(tests: int) -> None:
 
 def test_a_table_of_a_thousand_columns_is_a_dump() -> None:
     rng = np.random.default_rng(0)
-    points, tests, _ = campaign("stribeck", seed=3, strength=2.0, thin=27)
+    points, tests, _ = campaign("stribeck", seed=3, strength=2.0, thin=54)
     noise = pd.DataFrame(rng.normal(size=(len(tests), 1000)), columns=[f"c{k:03d}" for k in range(1000)])
     found = diagnose(points, pd.concat([tests.reset_index(drop=True), noise], axis=1))
     assert found.effects == ["stribeck"], found.sentence
