@@ -10,7 +10,7 @@ from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.open_gaps import OpenGap, open_gaps
-from ...estimation.fit.parameters import FittedTerms
+from ...estimation.fit.parameters import FittedTerm, FittedTerms
 from ...estimation.search.law_signs import imitates, runs_against, turning_point, turns
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
@@ -95,7 +95,7 @@ def tied_text(correlations: Sequence[tuple[str, str, float]]) -> list[str]:
 
 def draws_another_law(campaign: BinnedTests, fitted: FittedTerms, sharper: Collection[str]) -> bool:
     """Return whether a name, or rivals of it, draws another law along its load by cancelling slopes of the base; not one that is `sharper`,
-    unless it is the only name and mu as a whole turns.
+    unless it is the only name of its load and mu as a whole turns.
 
     Where several names are left, which of them is right may be open; that mu as a whole goes the other way is not.
     """
@@ -104,9 +104,15 @@ def draws_another_law(campaign: BinnedTests, fitted: FittedTerms, sharper: Colle
     base = fitted.base(campaign)
     return any(
         (term.name not in sharper and imitates(campaign, term.effect, base, term.binned, sure=True))
-        or (len(fitted.terms) == 1 and turns(campaign, term.effect, base, term.binned))
+        or (_alone(term, fitted.terms) and turns(campaign, term.effect, base, term.binned))
         for term in fitted.terms
     )
+
+
+def _alone(term: FittedTerm, terms: Sequence[FittedTerm]) -> bool:
+    """Return whether no other effect shares a load with one."""
+    own = {*term.effect.driver}
+    return all(own.isdisjoint(other.effect.driver) for other in terms if other is not term)
 
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

@@ -9,7 +9,9 @@ from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
-from ..judge.confirmation import Confirmation
+from ..judge.confidence import LITTLE, takes_little
+from ..judge.confirmation import NAMED, Confirmation
+from ..judge.identifiability import standing_in
 from ..judge.verdict import LEVEL
 from .wording import mu_format, settings_text
 
@@ -56,6 +58,21 @@ def reservations(
         "itself, tests would tell that cross their levels"
         for name, pair in confirmed.parts.items()
     ]
+    said += [
+        f"in the place of {name}, the plain product of {first} and {second} predicts unseen tests better, if not for certain: the law may "
+        "have another form"
+        for name, (first, second) in confirmed.products.items()
+    ]
+    said += [
+        f"{first} and {second} each alone change mu much where the other does: the one may only mend the form of the other, which tests "
+        "tell that change their loads apart from each other"
+        for first, second in standing_in(found, confirmed.chosen)
+    ]
+    if verdict in NAMED and takes_little(confirmed):
+        said.append(
+            f"what is named takes less than {100 * LITTLE:.0f} % of the squared error of the model: its own form may be off by that much, and "
+            "predictions hardly gain by the addition"
+        )
     if (first := stands_out(found, confirmed)) is not None:
         said.append(
             f"{first.name} stands out (p = {found.p_value(first):.3f}), but lowers the error on tests that a fit did not see "

@@ -20,7 +20,7 @@ from ...estimation.search.unseen_loads import EITHER
 from ...estimation.search.zero_reading import ZERO, credible
 from .confirmation import ANOTHER_FORM, EXPLAINED, NAMED, Confirmation
 from .error_budget import LEAST_TESTS
-from .identifiability import one_load
+from .identifiability import one_load, standing_in
 from .verdict import LEVEL, Evidence
 
 #: Standard errors of an effect and of the reference, and powers of ten, beyond which nothing becomes surer.
@@ -38,6 +38,8 @@ MOST_IN_ANOTHER_FORM = 0.94
 MOST_WHERE_ONE_STANDS_OUT = 0.85
 #: An answer with a reason to doubt it is right in three of four cases, or less is known of it than that.
 MOST_DOUBTED = 0.75
+#: Less than this share of the squared error on unseen tests is little.
+LITTLE = 0.1
 #: Share of the points at which mu was clipped from which on nothing can be said to be missing: it would lie beyond the clip.
 MOST_CLIPPED = 0.1
 #: A noise floor above this share of mu hides everything else.
@@ -164,13 +166,21 @@ def sureness(
         verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
         on_one,  # of 23 such answers 17 were right
         odd_kept,  # odd tests draw a law their way, and swell the floor: of five names four were right
-        # two laws of one load each are better, if not for certain: of ten such answers about half were right
-        bool(confirmed.parts),
+        # two laws of one load each, or a product, are better, if not for certain: of ten such answers about half were right
+        bool(confirmed.parts or confirmed.products),
+        bool(standing_in(found, confirmed.chosen)),  # the second may only mend the form of the first
+        verdict in NAMED and takes_little(confirmed),
         unread or too_large,  # an effect of pressure, perhaps, until the cell is read without load
     ]
     if any(doubted):
         sure = min(sure, MOST_DOUBTED)
     return min(sure, EITHER) if any(unsure) else sure
+
+
+def takes_little(confirmed: Confirmation) -> bool:
+    """Return whether what is named takes next to nothing of the error of the model: the form of the model itself may be off by it."""
+    shares = confirmed.shares
+    return shares is not None and shares.base - shares.named < LITTLE * shares.base
 
 
 def drowned(confirmed: Confirmation) -> bool:

@@ -38,6 +38,8 @@ class Confirmation:
     behind: tuple[str, ...] = ()  #: Rivals of the scan that unseen tests leave far behind.
     #: Names in whose place two effects of one load each predict unseen tests no worse, and these two.
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    #: Names in whose place the product of two loads predicts unseen tests better, if not for certain, and these loads.
+    products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Names that cancel slopes of the model, but that unseen tests prefer to all plain bends along their load.
     sharper: frozenset[str] = frozenset()

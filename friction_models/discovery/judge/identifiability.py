@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 from scipy.stats import rankdata
@@ -18,6 +18,8 @@ from ...estimation.campaign.metadata import levels_text
 from ...estimation.campaign.settings import in_units
 from ...estimation.noise.noise_floor import sensor_noise
 from ...estimation.search.base_law import BaseLaw
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
 from ...estimation.search.unseen_loads import WITHIN, within_share
 from ...loads import LOAD_NAMES, FloatArray
 from .verdict import Evidence
@@ -34,6 +36,8 @@ LEAST_POINTS = 200
 TOGETHER, LEAST_LEVELS = 0.9, 4
 #: Agreeing more than this, also along the tests, they are one load for these data.
 ONE_LOAD = 0.98
+#: Effects whose changes of mu agree more than this may stand for the form of one another.
+STAND_IN = 0.7
 #: No tribometer resolves friction better than this share of mu.
 RESOLUTION = 0.002
 
@@ -142,6 +146,17 @@ def one_cause(campaign: BinnedTests, drivers: Sequence[str], others: Sequence[st
         for own, some in ((drivers, others), (others, drivers))
         for a in own
     )
+
+
+def standing_in(found: SearchRound, chosen: Sequence[Fit]) -> list[tuple[str, str]]:
+    """Return pairs of names that each alone change mu, beyond what the model follows, much where the other does.
+
+    Friction work, surface expansion and distance grow together in tests of one length: where the form of one name is somewhat wrong,
+    the other one mends it.
+    """
+    alone = {f.name: found.change(f) for f in found.ranking if f.gain > 0.0}
+    pairs = combinations([f.name for f in chosen if f.name in alone], 2)
+    return [(a, b) for a, b in pairs if _correlation(alone[a], alone[b]) > STAND_IN]
 
 
 def _are_one(campaign: BinnedTests, a: str, b: str) -> bool:

@@ -18,6 +18,7 @@ from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
 from .naming.names import CLEAR, Names, falls
 from .naming.other_laws import OtherLaws
+from .naming.products import Products
 from .naming.rivals import Further, Rivals, told
 from .naming.straight_fits import StraightFits
 from .naming.two_loads import TwoLoads
@@ -50,7 +51,8 @@ class UnseenTestsJudge:
         self.rivals = Rivals(campaign, found, self.straight, further)
         self.names = Names(unseen, found, self.straight, self.beside, further)
         self.two_loads = TwoLoads(self.names)
-        self.other_laws = OtherLaws(campaign, unseen, self.straight, self.two_loads)
+        self.products = Products(unseen, self.straight)
+        self.other_laws = OtherLaws(campaign, unseen, self.straight, self.two_loads, self.products)
 
     def __call__(
         self, verdict: str, chosen: list[Fit], named: str, bent: bool, alike: Sequence[str] = ()
@@ -110,6 +112,7 @@ class UnseenTestsJudge:
             rivals,
             tuple(behind),
             self.two_loads.as_good(kept),
+            self.products.as_good(kept),
             repeats,
             sharper=self.other_laws.sharper(kept),
         )

@@ -109,3 +109,81 @@ def test_a_temperature_that_stands_still_in_some_tests_is_told() -> None:
     found = diagnose(dead, model="linear", catalogue=["stribeck"])
     told = next(w for w in found.warnings if "was the sensor connected?" in w)
     assert told.startswith("T is 20 degC at all points of 3 tests (t03, t07, t11)"), told
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.nightly)])
+def test_a_plain_product_of_two_loads_is_no_breakdown(seed: int) -> None:
+    """Slopes of the model cancel half of a breakdown: "explained", up to 0.96, though mu falls with T where the pressure is low."""
+    data = many_tests(seed, tests=40, points=6)
+    T, p = ((x - x.mean()) / x.std() for x in (column(data, "T"), column(data, "sigma_n")))
+    found = diagnose(data.assign(mu=data["mu"] + 0.01 * T * p))
+    assert found.verdict == "unknown_structure", found.sentence
+    assert found.where[0]["variables"] == ["T", "sigma_n"]
+    assert any(o.name == "empirical:line(T)*line(sigma_n)" for o in found.formulas)
+
+
+def heated(seed: int) -> pd.DataFrame:
+    """Return 27 tests at three tool temperatures, heated by 20 K along each; friction has a hump around 110 degC."""
+    rng = np.random.default_rng([seed, 23])
+    sd = np.linspace(0.5, 10.0, 20)
+    frames = []
+    for k in range(27):
+        v, T, p = (
+            (5.0, 20.0, 80.0)[k % 3],
+            (20.0, 100.0, 180.0)[k // 3 % 3],
+            (300.0, 600.0, 900.0)[(k + k // 3) % 3],
+        )
+        T = T + 20.0 * (1.0 - np.exp(-sd / 4.0))
+        mu = 0.08 + 1e-4 * T + 0.04 * np.exp(-(((T - 110.0) / 30.0) ** 2)) + rng.normal(0.0, 0.003)
+        loads = {
+            "t": sd / v,
+            "v_rel": v,
+            "T": T,
+            "sigma_n": p * (1.0 + 0.01 * sd),
+            "sd": sd,
+            "psi": 1.0 + sd / 20.0 + 0.1 * (k % 4),
+        }
+        frames.append(
+            pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu + rng.normal(0.0, 0.002, len(sd))})
+        )
+    return pd.concat(frames, ignore_index=True)  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", [5, pytest.param(7, marks=pytest.mark.nightly)])
+def test_a_hump_is_no_sure_breakdown_beside_what_mends_its_form(seed: int) -> None:
+    """Running-in took what the breakdown left along each test; two names were not held to turn as the only one is."""
+    found = diagnose(heated(seed))
+    assert found.verdict == "unknown_structure" or found.confidence <= 0.5, found.sentence
+
+
+def test_what_a_regularised_base_is_off_by_itself_is_no_sure_effect() -> None:
+    """A power law without the offsets that keep the base regular at zero loads: off by 0.0003, it was the contact's memory, 0.9 sure."""
+    rng = np.random.default_rng([8, 31])
+    along = np.linspace(0.02, 1.0, 30)
+    frames = []
+    for k in range(24):
+        v, p = 4.0 * 22.0 ** rng.random(), rng.uniform(350.0, 1400.0)
+        v, p = (
+            v * np.minimum(1.0, np.sqrt(along / 0.03)) * (1.0 - 0.35 * along),
+            p * (1.0 - 0.38 * np.exp(-4.0 * along)),
+        )
+        sd = rng.uniform(12.0, 57.0) * along
+        mu = (
+            0.09 * (p / 700.0) ** -0.22 * (v / 20.0) ** -0.06
+            + rng.normal(0.0, 0.0017)
+            + rng.normal(0.0, 0.0005, 30)
+        )
+        loads = {
+            "v_rel": v,
+            "T": rng.uniform(20.0, 200.0) + 0.004 * p * np.sqrt(along),
+            "sigma_n": p,
+            "sd": sd,
+        }
+        frames.append(
+            pd.DataFrame({"test_id": f"t{k:02d}", **loads, "psi": 1.0 + sd / 60.0 * p / 700.0, "mu": mu})
+        )
+    found = diagnose(pd.concat(frames, ignore_index=True), model="power_law")  # fmt: skip
+    assert found.verdict == "nothing_missing" or found.confidence <= 0.75, found.sentence
+    assert found.verdict == "nothing_missing" or any(
+        "hardly gain by the addition" in w for w in found.warnings
+    )

@@ -1,4 +1,4 @@
-"""Names that only draw another law: beside the model's own slopes, beside one another, or with fewer loads than they need."""
+"""Names that only draw another law: beside the model's own slopes, beside one another, with fewer loads than they need, or their product."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ..beside_reference import effects_of
 from ..error_budget import fall
 from ..unseen_tests import UnseenTests
 from .names import CERTAIN
+from .products import Products
 from .rivals import APART
 from .straight_fits import StraightFits
 from .two_loads import TwoLoads
@@ -25,10 +26,11 @@ class OtherLaws:
     unseen: UnseenTests
     straight: StraightFits
     two_loads: TwoLoads
+    products: Products
 
     def among(self, kept: list[Fit], sure: bool) -> set[str]:
-        """Return names that only draw another law: parts of a difference, or of several loads where fewer do."""
-        return self.cancelling(kept, sure) | self.two_loads.not_of_all(kept)
+        """Return names that only draw another law: parts of a difference, or of several loads where fewer or their product do."""
+        return self.cancelling(kept, sure) | self.two_loads.not_of_all(kept) | self.products.better(kept)
 
     def cancelling(self, kept: list[Fit], sure: bool) -> set[str]:
         """Return names that are no more than a part of a difference: only that is seen, a curve that they are not.

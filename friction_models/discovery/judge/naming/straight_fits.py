@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -84,6 +85,19 @@ class StraightFits:
 
         *of_parabolas, bend = map(self._errors, self._of_unseen(left))
         return min(of_parabolas, key=lambda errors: errors.rms), bend
+
+    def errors_of_product(self, loads: Sequence[str], beside: Sequence[Fit]) -> ErrorsByTest:
+        """Return the errors of straight lines along two loads and their product, beside effects; on the better of both scales."""
+        campaign = self.campaign
+        errors = []
+        for values in (
+            lambda load: campaign.average(getattr(campaign.loads, load)),
+            partial(transformed, campaign),
+        ):
+            first, second = ((z - z.mean()) / max(float(z.std()), 1e-300) for z in map(values, loads))
+            columns = np.column_stack([self.found.columns_with(beside), first, second, first * second])
+            errors.append(self._errors(self._of_unseen(partial(self._left, columns))))
+        return min(errors, key=lambda found: found.rms)
 
     def _of_unseen(self, left: Callable[[Mask], FloatArray]) -> FloatArray:
         """Return what fits leave in the bins of tests that they did not see, shape (..., m); `left` takes the bins that are seen."""
