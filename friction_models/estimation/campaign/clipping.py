@@ -18,14 +18,20 @@ LEAST_SHARE, TIMES, NEXT = 0.01, 10.0, 3
 
 
 def about_clipping(mu: FloatArray, names: npt.NDArray[Any]) -> list[str]:
-    """Return a warning for each end of mu, shape (n,), at which it was clipped; `names` are the tests of the points.
+    """Return a warning for each end of mu, shape (n,), at which it was clipped, or that it never changes; `names` are the tests of the points.
 
     Examples
     --------
     >>> mu = np.minimum(0.1 + 0.02 * np.sin(np.arange(60) / 5.0), 0.115)
     >>> about_clipping(mu, np.full(60, "a"))
     ['14 of 60 points read the largest mu, 0.115 (test a): clipped? friction went beyond it there, and effects look smaller than they are']
+    >>> about_clipping(np.full(60, 0.1), np.full(60, "a"))
+    ['mu is 0.1 at all 60 points: measured friction scatters; was the sensor connected?']
     """
+    if len(mu) >= IN_A_ROW and mu.min() == mu.max():
+        return [
+            f"mu is {mu[0]:.4g} at all {len(mu)} points: measured friction scatters; was the sensor connected?"
+        ]
     said = []
     for end, sign in (("largest", 1.0), ("smallest", -1.0)):
         at = _at_end(sign * mu, names)

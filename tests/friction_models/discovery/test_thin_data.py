@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +14,7 @@ import pytest
 
 from benchmarks.discovery_campaigns import campaign
 from friction_models.common import InputError
-from friction_models.discovery import diagnose
+from friction_models.discovery import diagnose, refine
 from friction_models.discovery.answer.findings import RankedEffect
 from friction_models.estimation.campaign.binning import prepare
 from orchestrator.cli.main import run
@@ -393,3 +394,12 @@ def test_points_that_stand_twice_are_taken_once() -> None:
     once, twice = diagnose(points, tests), diagnose(pd.concat([points, points]), tests)
     assert any("points stand twice in their test" in w for w in twice.warnings)
     assert once.parameters == twice.parameters and once.confidence == twice.confidence
+
+
+@pytest.mark.parametrize("seed", [-1, "a"])
+def test_what_is_no_seed_is_refused(seed: Any) -> None:
+    data = pd.DataFrame({"test_id": list("abcdefghij"), "v_rel": range(1, 11), "mu": 0.1})
+    for ask in (diagnose, partial(refine, add="stribeck")):
+        with pytest.raises(InputError, match=f"seed is {seed!r}, allowed: a whole number from 0"):
+            ask(data, seed=seed)
+    assert any("mu is 0.1 at all 10 points" in w for w in diagnose(data).warnings)
