@@ -13,6 +13,7 @@ from ...loads import FloatArray
 from ..judge.one_test import resting_on_one
 from .findings import TestGroups
 from .fit_warnings import draws_another_law
+from .lone_levels import about_lone_levels
 from .run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
 from .summaries import unrecorded_factor
 
@@ -23,6 +24,7 @@ class OtherCauses:
 
     factor: TestGroups | None  #: Two groups of tests that differ by what is left.
     in_order: Sequence[str]  #: What changes with the order of the tests, in words.
+    lone_levels: Sequence[str]  #: Levels of a load at which few tests lie far off, in words.
     on_one: Mapping[str, str]  #: The test on which a name rests, by name.
     jumps: Mapping[str, str]  #: By how much and where the tests jump, by the name that only follows it.
     instead: Mapping[str, tuple[str, str]]  #: Tests between which a jump does as well, by name.
@@ -45,6 +47,7 @@ class OtherCauses:
         return cls(
             unrecorded_factor(campaign, unknown),
             alike_in_order(campaign, unknown),
+            about_lone_levels(campaign, unknown),
             resting_on_one(campaign, found, chosen),
             jumps_in_order(campaign, fitted),
             jumps_instead(campaign, found, fitted),
@@ -53,8 +56,8 @@ class OtherCauses:
 
     @property
     def grouped(self) -> bool:
-        """Whether what nobody recorded sets tests apart."""
-        return self.factor is not None or bool(self.in_order)
+        """Whether what nobody recorded, or nothing else shows, sets tests apart."""
+        return self.factor is not None or bool(self.in_order or self.lone_levels)
 
     @property
     def do_as_well(self) -> bool:
@@ -69,5 +72,6 @@ class OtherCauses:
                 for name, test in self.on_one.items()
             ),
             *self.in_order,
+            *self.lone_levels,
             *about_jumps(self.jumps, self.instead),
         ]
