@@ -66,7 +66,9 @@ class Table:
                 continue
             factor, offset = conversion(known[name], unit, name, self.where)
             values = pd.to_numeric(frame[name], errors="coerce")
-            bad = (values.isna() & frame[name].notna()).to_numpy()
+            # of durations, dates and True pandas makes numbers
+            other = frame[name].dtype.kind in "mMb"
+            bad = (frame[name].notna() & (values.isna() | other)).to_numpy()
             if bad.any():
                 row = int(np.argmax(bad))
                 raise InputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from datetime import date, timedelta
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -42,22 +43,24 @@ def check_column(
     """
     try:
         given = np.asarray(values)
-        if np.iscomplexobj(given):  # a cast would drop the imaginary part
+        # a cast would drop the imaginary part, or the unit of a duration; of a date it makes ticks of a clock, of True a 1
+        if given.dtype.kind in "cmMb":
             raise TypeError
         array = np.ascontiguousarray(given, dtype=np.float64)
         # what Python reads as a number, and nobody else: 5_0
-        if given.dtype.kind in "OU" and any(isinstance(cell, str) and "_" in cell for cell in given.flat):
+        if given.dtype.kind in "OU" and any(map(_no_number, given.flat)):
             raise ValueError
     except (TypeError, ValueError):
         import pandas as pd
 
-        cells = np.ravel(np.asarray(values, dtype=object))
-        text = pd.isna(pd.to_numeric(pd.Series(cells), errors="coerce")) & ~pd.isna(cells)
-        text |= np.array([isinstance(cell, complex) or "_" in str(cell) for cell in cells])
+        # of numpy's durations pandas makes readable ones
+        cells = pd.Series(values.ravel() if isinstance(values, np.ndarray) else values).astype(object)
+        text = pd.isna(pd.to_numeric(cells, errors="coerce")).to_numpy() & cells.notna().to_numpy()
+        text |= np.array([_no_number(cell) for cell in cells])
         row = int(np.argmax(text))
         unit = "" if quantity.unit == "1" else f" in {quantity.unit}"
         raise InputError(
-            f"{where}: column {quantity.name!r}, row {row}: value {cells[row]!r} is not a number; allowed: numbers{unit}, or nothing"
+            f"{where}: column {quantity.name!r}, row {row}: value {cells.iloc[row]!r} is not a number; allowed: numbers{unit}, or nothing"
         ) from None
     if array.ndim != 1:
         raise InputError(f"{where}: column {quantity.name!r} has shape {array.shape}, allowed: (n,)")
@@ -71,6 +74,11 @@ def check_column(
             f"range {quantity.lower:g} to {quantity.upper:g}{behind(quantity.unit)}"
         )
     return array
+
+
+def _no_number(cell: object) -> bool:
+    """Return whether a cell is none of a measured number, though a cast would make one of it."""
+    return isinstance(cell, bool | complex | date | timedelta) or (isinstance(cell, str) and "_" in cell)
 
 
 @dataclass(frozen=True, eq=False)

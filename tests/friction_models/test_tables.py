@@ -271,6 +271,23 @@ def test_whole_numbers_that_no_float_holds(tmp_path: Path) -> None:
     assert read_json(tmp_path / "card.json") == {"r": float("inf")}
 
 
+@pytest.mark.parametrize("name", ["t", "t [ms]"])
+@pytest.mark.parametrize("kind", ["timedelta64[ms]", "timedelta64[ns]", "datetime64[us]", "bool"])
+def test_durations_dates_and_truths_of_parquet_are_no_numbers(tmp_path: Path, name: str, kind: str) -> None:
+    """100 ms were 100 s, a date the microseconds since 1970, and True a 1."""
+    frame = many().head(100).rename(columns={"t": name})
+    frame[name] = pd.to_timedelta(frame[name], unit="s").astype("int64").astype(kind)
+    frame.to_parquet(tmp_path / "points.parquet")
+    with pytest.raises(InputError, match=r"points\.parquet: column 't', row 0: value .* is not a number"):
+        DataSet.load(tmp_path / "points.parquet", need_mu=False)
+
+
+def test_a_truth_is_no_friction(tmp_path: Path) -> None:
+    for mu in (True, [True, None] * 150):
+        with pytest.raises(InputError, match=r"points\.csv: column 'mu', row 0: value True is not a number"):
+            load(tmp_path, many().assign(mu=mu))
+
+
 def test_a_file_that_is_none_is_called_what_it_is(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "loop.csv").symlink_to("loop.csv")
