@@ -21,6 +21,7 @@ from ..common.options import (
     Report,
     Tests,
     any_model,
+    as_number,
     given_names,
     learning_part,
     read_data,
@@ -155,8 +156,10 @@ def refine(
                 f"--add {name}: several effects; allowed: {' '.join(f'--add {n}' for n in several)}"
             )
         make_effect(name)
-    if Path(model).suffix == ".fmu":
-        raise InputError(f"{model}: an FMU is a fixed law; allowed: a model folder or the name of a family")
+    number = as_number(model) is not None and not Path(model).is_dir()
+    if number or Path(model).suffix == ".fmu":
+        kind = "a number" if number else "an FMU"
+        raise InputError(f"{model}: {kind} is a fixed law; allowed: a model folder or the name of a family")
     friction = any_model(model)
     dataset = read_campaigns(data, tests)
     # Without this the tests that are held out would be fitted, and shown as unseen.

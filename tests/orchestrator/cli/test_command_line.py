@@ -264,6 +264,12 @@ def test_misspelt_names_get_the_nearest(refused: Check, place: Path, tmp_path: P
     assert "name of a family" in refused("evaluate", "linear", "--data", data)
 
 
+def test_a_number_is_not_refitted(refused: Check, place: Path, tmp_path: Path) -> None:
+    """It was, and went on under its name: "0.2 + stribeck" had a constant of 0.09."""
+    said = refused("refine", "--data", place / "data", "--model", "0.2", "--add", "viscous", "-o", tmp_path / "m")  # fmt: skip
+    assert "0.2: a number is a fixed law; allowed: a model folder or the name of a family" in said
+
+
 def test_files_that_are_no_fmus(refused: Check, place: Path, tmp_path: Path, tiny: dict[str, Path]) -> None:
     garbage = tmp_path / "garbage.fmu"
     garbage.write_bytes(b"not an archive")
