@@ -176,7 +176,9 @@ def _undated(library: bytes) -> bytes:
 
 def _run(command: list[str], folder: Path) -> None:
     environment = dict(os.environ)
-    if not os.access(Path(os.environ.get("XDG_CACHE_HOME", Path.home())), os.W_OK):
+    # where Zig looks for a place; unlike Python it does not ask the system for the home of the user
+    home = "LOCALAPPDATA" if os.name == "nt" else "HOME"
+    if not os.access(os.environ.get("XDG_CACHE_HOME") or os.environ.get(home, ""), os.W_OK):
         environment.setdefault("ZIG_GLOBAL_CACHE_DIR", _temporary_cache())
     try:
         done = subprocess.run(

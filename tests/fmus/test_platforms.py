@@ -7,6 +7,7 @@ import itertools
 import os
 import re
 import struct
+import sys
 import zipfile
 from pathlib import Path
 
@@ -225,3 +226,18 @@ def test_the_cache_of_the_compiler_without_a_home(tmp_path: Path, monkeypatch: p
         usual.chmod(0o777)
         assert compiling._temporary_cache() != str(usual)
     compiling._temporary_cache.cache_clear()
+
+
+@pytest.mark.parametrize("home", [None, "", "nowhere"])
+def test_the_compiler_is_given_a_cache_where_the_environment_names_no_home(
+    home: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("XDG_CACHE_HOME", "HOME", "LOCALAPPDATA", "ZIG_GLOBAL_CACHE_DIR"):
+        monkeypatch.delenv(name, raising=False)
+        if home is not None and name in {"HOME", "LOCALAPPDATA"}:
+            monkeypatch.setenv(name, home)
+    monkeypatch.setattr(compiling, "_temporary_cache", lambda: str(tmp_path))
+    told = tmp_path / "told"
+    code = f"import os; open({str(told)!r}, 'w').write(os.environ['ZIG_GLOBAL_CACHE_DIR'])"
+    compiling._run([sys.executable, "-c", code], tmp_path)
+    assert told.read_text() == str(tmp_path)
