@@ -33,7 +33,7 @@ class ModelErrors:
     mae_interval, rmse_interval, bias_interval : tuple of float
         95 % intervals from resampling whole tests; NaN for a single test.
     wins : float
-        Share of the tests on which this model has the smallest RMSE.
+        Share of the tests on which this model has the smallest RMSE; models with the same one share a test.
 
     Examples
     --------
@@ -236,7 +236,9 @@ def _compare(campaign: BinnedTests, errors: Mapping[str, FloatArray], rng: np.ra
         {name: np.sqrt(np.bincount(group, e**2, tests) / points) for name, e in errors.items()},
         index=pd.Index(campaign.tests, name="test_id"),
     )
-    best = table.to_numpy().argmin(axis=1)
+    in_tests = table.to_numpy()
+    best = in_tests <= (1.0 + SAME) * in_tests.min(axis=1, keepdims=True)
+    won = np.mean(best / best.sum(axis=1, keepdims=True), axis=0)
     draws = resampled(errors, group, rng)
     results = {
         name: ModelErrors(
@@ -246,7 +248,7 @@ def _compare(campaign: BinnedTests, errors: Mapping[str, FloatArray], rng: np.ra
             interval_of(draws[name].mae, tests),
             interval_of(draws[name].rmse, tests),
             interval_of(draws[name].bias, tests),
-            float(np.mean(best == k)),
+            float(won[k]),
         )
         for k, (name, error) in enumerate(errors.items())
     }
