@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..common import InputError, check_readable, given_path
+from ..common import InputError, check_readable, given_path, shown
 from ..common.files import DAMAGED
 from ..common.json_values import JsonObject
 from ..expressions.parameters import first_line
@@ -50,6 +50,8 @@ def load_model(folder: str | os.PathLike[str]) -> FrictionModel:
     source = given_path(folder, "a saved model")
     if not source.is_dir():
         raise InputError(f"{source}: no such folder; allowed: a folder written by save()")
+    if not (source / CARD).exists():
+        raise InputError(f"{source}: no {CARD} in this folder; allowed: {_SAVED}")
     card = read_card(source / CARD)
     content: JsonObject = card["model"]
     arrays = read_arrays(source / ARRAYS)
@@ -80,7 +82,8 @@ def read_card(file: Path) -> JsonObject:
     if card.get("format_version") != 1:
         raise InputError(f"{file}: format_version {card.get('format_version')!r:.40}, allowed: 1")
     if not isinstance(card.get("model"), dict):
-        raise InputError(f"{file}: key 'model' is missing; allowed: a file written by save()")
+        found = f"has the value {shown(json.dumps(card['model']), 40)}" if "model" in card else "is missing"
+        raise InputError(f"{file}: key 'model' {found}; allowed: a file written by save()")
     return card
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from ..common.errors import InputError, given_path
+from ..common.errors import InputError, check_readable, given_path
 from ..common.files import atomic_folder, read_json, write_json
 from ..common.folders import DATASET
 from .columns import missing_column
@@ -114,6 +114,8 @@ class DataSet:
             file = points_file(source)
             if table is None and (source / "tests.csv").is_file():
                 table = source / "tests.csv"
+        else:
+            check_readable(source, allowed="a CSV or Parquet file, or a folder with points.csv")
         given = read_file(file)
         frame = given.converted()
         points = check_points(frame, str(file), need_mu)
