@@ -208,8 +208,36 @@ def given_names(models: Sequence[str], names: Path | None) -> GivenNames:
     return GivenNames.read(models, names)
 
 
+#: What can predict, for messages.
+_FITTED = "a model folder, an .fmu or .onnx file, card:NAME"
+
+
 def any_model(name: str, names: GivenNames | None = None) -> Any:
     """Return what `--model` names: a model folder, a friction FMU, an ONNX file, a card, a number (constant mu) or a family."""
+    model = _given_model(name, names)
+    if model is not None:
+        return model
+    path = Path(name)
+    if "/" in name or "\\" in name or path.suffix:
+        raise InputError(
+            f"{name}: no such model; allowed: {_FITTED}, a number or a model family{_near(path)}"
+        )
+    return named_model(name)
+
+
+def fitted_model(name: str, names: GivenNames | None = None) -> Any:
+    """Return the model behind a name as `any_model` does, but none of a family: it must be able to predict."""
+    model = _given_model(name, names)
+    if model is None:
+        from friction_models.families.registry import FAMILIES
+
+        found = "the name of a family, not a trained model" if name in FAMILIES else "no such model"
+        raise InputError(f"{name}: {found}; allowed: {_FITTED} or a number{_near(Path(name))}")
+    return model
+
+
+def _given_model(name: str, names: GivenNames | None) -> Any:
+    """Return the model in a file or folder, of a card, or of a number; None where the name is none of these."""
     from friction_models.cards import is_card
 
     if is_card(name):
@@ -233,15 +261,11 @@ def any_model(name: str, names: GivenNames | None = None) -> Any:
 
         return load_model(path)
     number = as_number(name)
-    if number is not None:
-        from friction_models import ConstantFriction
+    if number is None:
+        return None
+    from friction_models import ConstantFriction
 
-        return ConstantFriction(number)
-    if "/" in name or "\\" in name or path.suffix:
-        raise InputError(
-            f"{name}: no such model; allowed: a model folder, an .fmu or .onnx file, card:NAME, a number or a model family{_near(path)}"
-        )
-    return named_model(name)
+    return ConstantFriction(number)
 
 
 def _near(path: Path) -> str:
@@ -251,16 +275,6 @@ def _near(path: Path) -> str:
     beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
     hint = nearest(path.name, beside)
     return f"; did you mean {str(path.parent / hint)!r}?" if hint else ""
-
-
-def fitted_model(name: str, names: GivenNames | None = None) -> Any:
-    """Return the model behind a name as `any_model` does; it must be able to predict."""
-    model = any_model(name, names)
-    if not getattr(model, "is_fitted", True):
-        raise InputError(
-            f"{name}: the name of a family, not a trained model; allowed: a model folder, an .fmu or .onnx file, or a number"
-        )
-    return model
 
 
 def as_number(text: str) -> float | None:

@@ -264,6 +264,26 @@ def test_misspelt_names_get_the_nearest(refused: Check, place: Path, tmp_path: P
     assert "name of a family" in refused("evaluate", "linear", "--data", data)
 
 
+def test_where_trained_models_are_taken_no_family_is_offered(refused: Check, place: Path) -> None:
+    for words in (["evaluate", "nosuch"], ["compare", "--models", "nosuch"]):
+        said = refused(*words, "--data", place / "data")
+        assert (
+            "nosuch: no such model; allowed: a model folder, an .fmu or .onnx file, card:NAME or a number"
+            in said
+        )
+    assert "allowed: constant, ffnn" in refused("diagnose", "--model", "nosuch", "--data", place / "data")
+
+
+def test_a_folder_without_a_model_or_data_is_named(
+    refused: Check, place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in (".", ""):
+        assert ".: no card.json in this folder" in refused("evaluate", name, "--data", place / "data")
+    said = refused("evaluate", "0.1", "--data", "gone")
+    assert "gone: no such file; allowed: a CSV or Parquet file, or a folder with points.csv" in said
+
+
 def test_a_number_is_not_refitted(refused: Check, place: Path, tmp_path: Path) -> None:
     """It was, and went on under its name: "0.2 + stribeck" had a constant of 0.09."""
     said = refused("refine", "--data", place / "data", "--model", "0.2", "--add", "viscous", "-o", tmp_path / "m")  # fmt: skip
