@@ -284,6 +284,13 @@ def test_a_folder_without_a_model_or_data_is_named(
     assert "gone: no such file; allowed: a CSV or Parquet file, or a folder with points.csv" in said
 
 
+@pytest.mark.parametrize("words", ["evaluate -0.1 --data DATA", "pack -.1 -o OUT"])
+def test_a_number_below_zero_is_no_option(words: str, refused: Check, place: Path, tmp_path: Path) -> None:
+    places = {"DATA": str(place / "data"), "OUT": str(tmp_path / "law.fmu")}
+    said = refused(*(places.get(word, word) for word in words.split()))
+    assert "mu is -0.1, allowed: a number from 0 to 10" in said
+
+
 def test_a_number_is_not_refitted(refused: Check, place: Path, tmp_path: Path) -> None:
     """It was, and went on under its name: "0.2 + stribeck" had a constant of 0.09."""
     said = refused("refine", "--data", place / "data", "--model", "0.2", "--add", "viscous", "-o", tmp_path / "m")  # fmt: skip
