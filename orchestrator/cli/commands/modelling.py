@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from friction_models.common import InputError
-from friction_models.common.wording import first_names
+from friction_models.common.wording import first_names, listed
 
 from ..common.console import note, say, write_result
 from ..common.files_named import Commands, Writes
@@ -222,6 +222,8 @@ def predict(
         bounds = friction.predict_interval_frame(dataset.points, dataset.tests, level)
         predicted |= {str(bound.name): bound.to_numpy() for bound in bounds}
     frame = dataset.as_given(**predicted)
+    if earlier := [name for name in predicted if name in dataset.points.columns]:
+        note(f"{data}: the predictions there ({listed(earlier)}) are replaced in {out} by those of {model}")
     write_table(out, frame)
     say(f"written: {out} ({len(frame)} points)")
     if warning := range_warning(predicted["mu_model"]):

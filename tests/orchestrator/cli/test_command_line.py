@@ -387,6 +387,11 @@ def test_train_evaluate_predict(place: Path, tmp_path: Path, capsys: pytest.Capt
     table = pd.read_csv(tmp_path / "out.csv")
     assert len(table) == len(pd.read_parquet(tmp_path / "out.parquet")) == 180
     assert (table["mu_model"] - table["mu"]).abs().mean() < 0.01
+    capsys.readouterr()
+    assert run(["predict", "0.1", "--data", str(tmp_path / "out.csv"), "-o", str(tmp_path / "anew.csv")]) == 0
+    said = "out.csv: the predictions there (mu_model) are replaced in"
+    assert said in capsys.readouterr().err
+    assert set(pd.read_csv(tmp_path / "anew.csv")["mu_model"]) == {0.1}
 
 
 def test_synthetic_data_that_lack_a_load_stay_synthetic(
