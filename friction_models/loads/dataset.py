@@ -22,6 +22,7 @@ from .earlier_tables import carry
 from .order import order_of_tests
 from .points import check_points
 from .table import Table, read_file, read_table
+from .test_numbers import check_tool_temperature
 from .tribo_loads import TriboLoads
 
 #: What a test is for that has no role.
@@ -274,7 +275,7 @@ def points_file(folder: Path) -> Path:
 def read_tests(path: Path) -> pd.DataFrame:
     """Read a table of tests: one row a test, `test_id` and any metadata.
 
-    Raises InputError: no `test_id`, a row without one, or one in two rows.
+    Raises InputError: no `test_id`, a row without one, or one in two rows; a tool temperature in words.
     """
     frame = read_table(path)
     if "test_id" not in frame.columns:
@@ -286,6 +287,7 @@ def read_tests(path: Path) -> pd.DataFrame:
     if frame["test_id"].duplicated().any():
         twice = frame["test_id"][frame["test_id"].duplicated()].iloc[0]
         raise InputError(f"{path}: test_id {twice!r} stands in two rows; allowed: one row a test")
+    check_tool_temperature(frame, str(path))
     return frame
 
 

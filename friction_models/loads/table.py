@@ -277,6 +277,9 @@ def _units_row(names: list[str], cells: list[str], known: Mapping[str, str]) -> 
     units = [c for c in quantities if re.match(r"[A-Za-z°%µμ℃]", c) and c.lower() not in _NO_VALUE]
     if not units or any(c not in units and c not in {"1", "-", ""} for c in quantities):
         return {}
+    # A row that names a test holds its texts, or the names of the columns once more.
+    if by_name.get("test_id", "") not in {"", "-", "1"} and any(spelling(c) not in UNITS for c in units):
+        return {}
     return {name: cell for name, cell in by_name.items() if cell}
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pandas as pd
+
+from ..common.errors import InputError, shown
 
 #: Share of the cells that may hold something else; of more, or of fewer tests than these, the column is one of texts.
 FEW, LEAST_TESTS = 0.2, 8
@@ -36,7 +40,7 @@ def with_numbers(table: pd.DataFrame) -> pd.DataFrame:
         if pd.api.types.is_numeric_dtype(values) or values.notna().sum() < LEAST_TESTS:
             continue
         recorded = values.dropna()
-        numbers = pd.to_numeric(recorded.astype(str).str.replace(",", ".", regex=False), errors="coerce")
+        numbers = _numbers(recorded)
         texts = recorded[numbers.isna()]
         plain = pd.to_numeric(recorded, errors="coerce").notna().all()
         if plain or len(texts) > FEW * len(recorded) or not _measured(numbers.dropna(), len(recorded)):
@@ -49,6 +53,30 @@ def with_numbers(table: pd.DataFrame) -> pd.DataFrame:
     found = table.assign(**changed)
     found.attrs = {**table.attrs, NO_NUMBERS: told}
     return found
+
+
+def check_tool_temperature(table: pd.DataFrame, where: str) -> None:
+    """Refuse tests whose tool temperature is a text, but for a few: other tests are proposed at it, in degC.
+
+    Examples
+    --------
+    >>> check_tool_temperature(pd.DataFrame({"T_tool": ["hot", "20"]}), "tests.csv")
+    Traceback (most recent call last):
+        ...
+    friction_models.common.errors.InputError: tests.csv: column 'T_tool', row 0: value 'hot' is not a number; allowed: numbers in degC, or nothing
+    """
+    recorded = table.get("T_tool", pd.Series(dtype=float)).reset_index(drop=True).dropna()
+    texts = recorded[_numbers(recorded).isna()]
+    if len(texts) > FEW * len(recorded):
+        raise InputError(
+            f"{where}: column 'T_tool', row {texts.index[0]}: value {shown(texts.iloc[0], 30)!r} is not a number; allowed: "
+            "numbers in degC, or nothing"
+        )
+
+
+def _numbers(recorded: pd.Series[Any]) -> pd.Series[float]:
+    """Return cells as numbers, NaN where one is none; a decimal comma is read as a point."""
+    return pd.to_numeric(recorded.astype(str).str.replace(",", ".", regex=False), errors="coerce")
 
 
 def _measured(numbers: pd.Series[float], tests: int) -> bool:

@@ -15,6 +15,7 @@ from friction_models.common.files import read_json
 from friction_models.common.units import UNITS, conversion, units_like
 from friction_models.common.yaml_files import read_yaml
 from friction_models.loads import LOAD_NAMES, LOADS, DataSet
+from friction_models.loads.dataset import read_tests
 from friction_models.loads.points import check_points
 from friction_models.loads.table import read_table
 
@@ -280,6 +281,17 @@ def test_durations_dates_and_truths_of_parquet_are_no_numbers(tmp_path: Path, na
     frame.to_parquet(tmp_path / "points.parquet")
     with pytest.raises(InputError, match=r"points\.parquet: column 't', row 0: value .* is not a number"):
         DataSet.load(tmp_path / "points.parquet", need_mu=False)
+
+
+def test_texts_in_the_first_row_of_a_test_are_no_units(tmp_path: Path) -> None:
+    file = tmp_path / "tests.csv"
+    file.write_text("test_id,T_tool\na,hot\nb,20\n")
+    with pytest.raises(InputError, match=r"tests\.csv: column 'T_tool', row 0: value 'hot' is not a number"):
+        read_tests(file)
+    file.write_text("test_id,T_tool\nunit,K\nb,300\n")
+    assert read_table(file)["T_tool"].tolist() == [pytest.approx(26.85)]
+    with pytest.raises(InputError, match=r"column 'v_rel', row 0: value 'v_rel' is not a number"):
+        read(tmp_path, PLAIN.replace(HEADER, f"{HEADER}\n{HEADER}"))
 
 
 def test_a_truth_is_no_friction(tmp_path: Path) -> None:
