@@ -169,10 +169,13 @@ def _unmatched(dataset: DataSet, where: object) -> list[str]:
 def learning_part(dataset: DataSet, where: object) -> DataSet:
     """Return the tests that a model may learn from, one at least; those that are held out stay unseen."""
     part = dataset.select("train")
-    if part.points.empty and not dataset.points.empty:
+    if part.points.empty and not dataset.points.empty and dataset.tests is not None:
+        from friction_models.loads.dataset import roles_of
+
+        found = first_names(sorted(set(roles_of(dataset.tests["role"]))))
         raise InputError(
-            f"{where}: no test has the role 'train'; allowed: at least one (tribofmu tests DATA --set TEST:role=train), or "
-            "one without a role"
+            f"{where}: no test has the role 'train', the table holds {found}; allowed: at least one (tribofmu tests DATA "
+            "--set TEST:role=train), or one without a role"
         )
     return part
 

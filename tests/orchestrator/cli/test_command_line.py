@@ -171,12 +171,15 @@ def test_names_in_a_table_are_no_commands_of_the_terminal(
         ["refine", "--model", "linear", "--add", "viscous"],
     ],
 )
-def test_tests_that_are_all_held_out_train_nothing(words: list[str], refused: Check, tmp_path: Path) -> None:
-    roles = pd.DataFrame({"test_id": [f"t{k}" for k in range(6)], "role": "test"})
+@pytest.mark.parametrize("role", ["test", "foo"])
+def test_tests_that_are_all_held_out_train_nothing(
+    role: str, words: list[str], refused: Check, tmp_path: Path
+) -> None:
+    roles = pd.DataFrame({"test_id": [f"t{k}" for k in range(6)], "role": role})
     DataSet(points(), roles, {"synthetic": True}).save(tmp_path / "data")
     out = [] if words[0] == "diagnose" else ["-o", tmp_path / "model"]
     said = refused(*words, "--data", tmp_path / "data", *out)
-    assert f"{tmp_path / 'data'}: no test has the role 'train'" in said
+    assert f"{tmp_path / 'data'}: no test has the role 'train', the table holds {role}; allowed" in said
 
 
 def test_a_file_that_is_no_model_is_not_proposed_as_one(refused: Check, place: Path) -> None:

@@ -71,7 +71,9 @@ def test_roles_without_one_to_learn_from_are_named(command: list[str], told: Sai
     (tmp_path / "data/points.csv").write_text(HEAD + "a,10,100,0.1\nb,20,100,0.1\n")
     (tmp_path / "data/tests.csv").write_text("test_id,role\na,test\nb,test\n")
     code, _, err = told(*command, "--data", "data")
-    assert code == 2 and "data: no test has the role 'train'; allowed: at least one" in err
+    assert (
+        code == 2 and "data: no test has the role 'train', the table holds test; allowed: at least one" in err
+    )
     (tmp_path / "data/tests.csv").write_text("test_id,role\na,tset\nb,tset\n")
     code, _, err = told(*command, "--data", "data")
     assert code == 2 and "role 'tset' of 2 tests is none of train, test; did you mean 'test'?" in err
