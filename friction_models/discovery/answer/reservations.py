@@ -17,6 +17,8 @@ from .wording import mu_format, settings_text
 
 #: Share of mu from which on what could hide is said.
 MATTERS = 0.25
+#: Tests that change along their path by more than this share of mu, each in a way of its own, and by so many times the sensor's noise, wander.
+WANDERS, BEYOND_SENSOR = 0.1, 3.0
 
 
 def stands_out(found: SearchRound, confirmed: Confirmation) -> Fit | None:
@@ -72,6 +74,12 @@ def reservations(
         said.append(
             f"what is named takes less than {100 * LITTLE:.0f} % of the squared error of the model: its own form may be off by that much, and "
             "predictions hardly gain by the addition"
+        )
+    drift, mu = found.floor.drift, float(np.mean(np.abs(campaign.mu)))
+    if verdict == "nothing_missing" and drift > max(WANDERS * mu, BEYOND_SENSOR * found.floor.sensor):
+        said.append(
+            f"along their path the tests change by {drift:.2g} (rms), {100 * drift / mu:.0f} % of mu, each in a way of its own that no load explains: "
+            "look at the curves of single tests"
         )
     if (first := stands_out(found, confirmed)) is not None:
         said.append(

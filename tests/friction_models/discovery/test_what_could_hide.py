@@ -79,3 +79,28 @@ def test_the_sentence_does_not_say_more_than_the_warnings_allow() -> None:
     assert found.sentence.startswith(seen) and found.to_dict()["sentence"] == found.sentence
     page = diagnosis_page(found, "it")
     assert f"<title>it: {seen}" in page and "there is nothing to find" not in page
+
+
+def test_tests_that_wander_are_told() -> None:
+    """Waves over the stroke whose beginning is another one in each test: 15 % of mu was noise, without a word."""
+    rng = np.random.default_rng(4)
+    along = np.linspace(0.0, 1.0, 60)
+    frames = []
+    for k in range(24):
+        wave = np.sin(2.0 * np.pi * (1.5 * along + rng.random()))
+        loads = {
+            "v_rel": rng.uniform(5.0, 80.0),
+            "T": rng.uniform(20.0, 200.0),
+            "sigma_n": rng.uniform(100.0, 900.0),
+            "sd": 40.0 * along,
+        }
+        frames.append(
+            pd.DataFrame(
+                {"test_id": f"t{k:02d}", **loads, "wave": wave, "mu": 0.08 + rng.normal(0.0, 0.001, 60)}
+            )
+        )
+    data = pd.concat(frames, ignore_index=True)  # fmt: skip
+    for size in (0.02, 0.0):
+        found = diagnose(data.assign(mu=data["mu"] + size * data["wave"]).drop(columns="wave"))
+        assert found.verdict == "nothing_missing", found.sentence
+        assert any("along their path the tests change by 0.01" in w for w in found.warnings) == (size > 0.0)
