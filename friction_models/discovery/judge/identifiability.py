@@ -154,8 +154,9 @@ def standing_in(found: SearchRound, chosen: Sequence[Fit]) -> list[tuple[str, st
     Friction work, surface expansion and distance grow together in tests of one length: where the form of one name is somewhat wrong,
     the other one mends it.
     """
-    alone = {f.name: found.change(f) for f in found.ranking if f.gain > 0.0}
-    pairs = combinations([f.name for f in chosen if f.name in alone], 2)
+    names = [f.name for f in chosen]
+    alone = {f.name: found.change(f) for f in found.ranking if f.name in names and f.gain > 0.0}
+    pairs = combinations([name for name in names if name in alone], 2)
     return [(a, b) for a, b in pairs if _correlation(alone[a], alone[b]) > STAND_IN]
 
 

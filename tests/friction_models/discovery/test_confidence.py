@@ -85,7 +85,7 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
     names = {n for _, w in WEIGHTS.values() for n in w}
     grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "reference": reference}
     campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests), point_test=np.arange(tests))
-    found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01))
+    found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01), ranking=[])
     kept = Confirmation("nothing_missing")
     said = sureness(
         campaign,
@@ -110,7 +110,7 @@ def test_a_reason_to_doubt_an_answer_holds_it(reason: str, most: float) -> None:
     names = {n for _, w in WEIGHTS.values() for n in w} | {"left", "beyond"}
     grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "certain": 6.0, "gap": 1.0}
     campaign: Any = SimpleNamespace(tests=["t"] * 30, mu=np.ones(30), point_test=np.arange(30))
-    found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01, sensor=0.001))
+    found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01, sensor=0.001), ranking=[])
     reasons = dict.fromkeys(("grouped", "knows_noise", "odd_kept", "unread", "on_one", "other_cause"), False)
     plain, doubted = (
         sureness(campaign, found, Confirmation("explained"), grounds, off=None, **known)
