@@ -11,6 +11,7 @@ from ...estimation.campaign.settings import in_units
 from ...estimation.noise.odd_tests import BY_CHANCE, EFFICIENCY, LEAST_TESTS
 from ...loads import POINT_UNITS, FloatArray
 from ...loads.contract import behind
+from ..judge.identifiability import RESOLUTION
 
 #: Of more than this share of the tests curves say what they do.
 FEW = 0.2
@@ -27,15 +28,17 @@ def about_lone_levels(campaign: BinnedTests, residual: FloatArray) -> list[str]:
     if tests < LEAST_TESTS:
         return []
     said = {}
+    # what no tribometer resolves lies off by nothing
+    least = RESOLUTION * max(float(np.mean(np.abs(campaign.mu))), 1e-300)
     limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
     for name, level in campaign.levels.items():
         units = in_units(name, level)
-        for own in {tuple(np.flatnonzero(np.abs(units - unit) <= 0.5)) for unit in units}:
+        for own in sorted({tuple(np.flatnonzero(np.abs(units - unit) <= 0.5)) for unit in units}):
             if not 2 <= len(own) <= FEW * tests:
                 continue
             others = np.delete(left, own)
             usual = float(np.median(others))
-            scatter = max(1.4826 * float(np.median(np.abs(others - usual))), 1e-300)
+            scatter = max(1.4826 * float(np.median(np.abs(others - usual))), least)
             off = (left[list(own)] - usual) / scatter
             one_side = abs(float(np.sign(off).sum())) == len(own) and float(np.abs(off).min()) > EACH
             if one_side and abs(float(off.mean())) * np.sqrt(len(own)) > limit:

@@ -166,8 +166,9 @@ def sureness(
         verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
         on_one,  # of 23 such answers 17 were right
         odd_kept,  # odd tests draw a law their way, and swell the floor: of five names four were right
-        # two laws of one load each, or a product, are better, if not for certain: of ten such answers about half were right
-        bool(confirmed.parts or confirmed.products),
+        # two laws of one load each are better, if not for certain: of ten such answers about half were right
+        bool(confirmed.parts),
+        bool(confirmed.products),  # so is the product of two loads
         bool(standing_in(found, confirmed.chosen)),  # the second may only mend the form of the first
         verdict in NAMED and takes_little(confirmed),
         unread or too_large,  # an effect of pressure, perhaps, until the cell is read without load

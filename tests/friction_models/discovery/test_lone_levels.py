@@ -41,3 +41,9 @@ def test_chance_is_hardly_ever_told() -> None:
         campaign = prepare(at_levels(seed))
         told += bool(about_lone_levels(campaign, campaign.average(campaign.mu - campaign.mu.mean())))
     assert told <= 2  # about one of a hundred campaigns
+
+
+def test_where_nothing_scatters_no_level_lies_off() -> None:
+    data = at_levels(1)
+    campaign = prepare(data.assign(mu=0.085 + 1e-6 * (data["v_rel"] == 12.0)))
+    assert not about_lone_levels(campaign, campaign.average(campaign.mu - campaign.mu.mean()))
