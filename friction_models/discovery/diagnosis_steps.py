@@ -27,7 +27,7 @@ from ..estimation.noise.noise_floor import NoiseFloor
 from ..estimation.search.base_law import BaseLaw, base_law
 from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
 from ..estimation.search.unseen_loads import testable
-from ..expressions.parameters import check_integer
+from ..expressions.parameters import check_seed
 from ..loads import FloatArray
 from ..models.base import FrictionModel
 from ..models.domain import Domain
@@ -98,7 +98,7 @@ def diagnose(
         Data without points or columns, or without a load that a trained model was given; values outside physical limits,
         an unknown model or effect.
     """
-    check_integer("diagnose", "seed", seed, 0, 2**32 - 1)
+    check_seed("diagnose", seed)
     stages = Stages(progress)
     tested = tests_beside(prepare(data, tests), model, seed)
     stages(0, "noise of the tests")  # not before: what is refused is said in one sentence

@@ -22,7 +22,7 @@ from ..estimation.campaign.metadata import with_all_metadata
 from ..estimation.fit.joint_fit import surrogate
 from ..estimation.fit.parameters import fit_terms
 from ..estimation.search.unseen_loads import unvaried
-from ..expressions.parameters import check_integer
+from ..expressions.parameters import check_seed
 from ..families.composed import ComposedFriction
 from ..families.registry import make_model
 from ..loads import FloatArray, TriboLoads
@@ -92,7 +92,7 @@ def refine(
         A model that cannot be refitted, an unknown effect, a factor of a column with one level or with another text in nearly
         every test, or an addition that makes held-out tests worse.
     """
-    check_integer("refine", "seed", seed, 0, 2**32 - 1)
+    check_seed("refine", seed)
     base = make_model(model) if isinstance(model, str) else model
     if not isinstance(base, FrictionModel):
         raise InputError(

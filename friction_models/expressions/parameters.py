@@ -57,6 +57,11 @@ def check_integer(family: str, name: str, value: Any, lower: int, upper: int) ->
     return int(value)
 
 
+def check_seed(family: str, seed: Any) -> int:
+    """Return a seed as every generator of random numbers takes it, or raise `InputError`."""
+    return check_integer(family, "seed", seed, 0, 2**32 - 1)
+
+
 def stored_floats(family: str, arrays: Arrays, name: str, shape: tuple[int | None, ...]) -> FloatArray:
     """Return a stored array as float64 of the given shape (None: any length), all values finite."""
     array = _stored(family, arrays, name, shape, "f")

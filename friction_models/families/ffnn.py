@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..common import InputError, unknown_name
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
-from ..expressions.parameters import check_integer, check_number, stored_floats
+from ..expressions.parameters import check_integer, check_number, check_seed, stored_floats
 from ..expressions.scaling import Scaling
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
@@ -112,7 +112,7 @@ class FeedForwardFriction(FrictionModel):
         check_integer(self.family, "batch_size", self.batch_size, 1, 10**7)
         check_integer(self.family, "epochs", self.epochs, 1, 10**6)
         check_integer(self.family, "patience", self.patience, 1, 10**6)
-        check_integer(self.family, "seed", self.seed, 0, 2**32 - 1)
+        check_seed(self.family, self.seed)
         check_integer(self.family, "threads", self.threads, 1, 1024)
         if not isinstance(self.hidden, (list, tuple)) or not 1 <= len(self.hidden) <= MAX_LAYERS:
             raise InputError(

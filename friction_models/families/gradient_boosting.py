@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..expressions.ops import LoadColumns, Ops, Value
-from ..expressions.parameters import check_integer, check_number
+from ..expressions.parameters import check_integer, check_number, check_seed
 from ..expressions.trees import MAX_LEAVES, MAX_TREES, IntArray, TreeTable
 from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 from ..loads.splits import hold_out
@@ -98,7 +98,7 @@ class GradientBoostingFriction(FrictionModel):
             "max_leaf_nodes": check_integer(self.family, "leaves", self.leaves, 2, MAX_LEAVES),
             "min_samples_leaf": check_integer(self.family, "min_points", self.min_points, 1, 10**9),
             "l2_regularization": check_number(self.family, "l2", self.l2, 0.0, 1e9),
-            "random_state": check_integer(self.family, "seed", self.seed, 0, 2**32 - 1),
+            "random_state": check_seed(self.family, self.seed),
             # Its own early stopping draws single points, which are not independent.
             "early_stopping": False,
         }

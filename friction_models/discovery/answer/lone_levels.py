@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import stdtrit
 
 from ...common.wording import first_names
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.settings import in_units
-from ...estimation.noise.odd_tests import BY_CHANCE, EFFICIENCY, LEAST_TESTS
+from ...estimation.noise.odd_tests import LEAST_TESTS, most_by_chance
 from ...loads import POINT_UNITS, FloatArray
 from ...loads.contract import behind
 from ..judge.identifiability import RESOLUTION
@@ -30,7 +29,7 @@ def about_lone_levels(campaign: BinnedTests, residual: FloatArray) -> list[str]:
     said = {}
     # what no tribometer resolves lies off by nothing
     least = RESOLUTION * max(float(np.mean(np.abs(campaign.mu))), 1e-300)
-    limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
+    limit = most_by_chance(tests)
     for name, level in campaign.levels.items():
         units = in_units(name, level)
         for own in sorted({tuple(np.flatnonzero(np.abs(units - unit) <= 0.5)) for unit in units}):

@@ -87,14 +87,18 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
     return OddTests([names[k] for k in sorted(few)], [names[k] for k in many])
 
 
+def most_by_chance(tests: int) -> float:
+    """Return how many times their scatter, judged by a median, no one of so many tests lies off by chance."""
+    return -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
+
+
 class _Search:
     """Looks for odd tests beside the `columns` of a base, shape (m, p)."""
 
     def __init__(self, campaign: BinnedTests, reference: Reference, columns: FloatArray) -> None:
         self._campaign, self._reference, self._columns = campaign, reference, columns
         self._repeats, self._nearest, self._levels = _repeats(campaign), _nearest(campaign), _levels(campaign)
-        tests = len(campaign.tests)
-        self._limit = -float(stdtrit(EFFICIENCY * tests, 0.5 * BY_CHANCE / tests))
+        self._limit = most_by_chance(len(campaign.tests))
         self._of_all = reference.surprise(columns)
 
     def odd(self, first: int) -> set[int]:

@@ -146,7 +146,7 @@ def heated(seed: int) -> pd.DataFrame:
         frames.append(
             pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu + rng.normal(0.0, 0.002, len(sd))})
         )
-    return pd.concat(frames, ignore_index=True)  # fmt: skip
+    return pd.concat(frames, ignore_index=True)
 
 
 @pytest.mark.parametrize("seed", [5, pytest.param(7, marks=pytest.mark.nightly)])
@@ -182,7 +182,7 @@ def test_what_a_regularised_base_is_off_by_itself_is_no_sure_effect() -> None:
         frames.append(
             pd.DataFrame({"test_id": f"t{k:02d}", **loads, "psi": 1.0 + sd / 60.0 * p / 700.0, "mu": mu})
         )
-    found = diagnose(pd.concat(frames, ignore_index=True), model="power_law")  # fmt: skip
+    found = diagnose(pd.concat(frames, ignore_index=True), model="power_law")
     assert found.verdict == "nothing_missing" or found.confidence <= 0.75, found.sentence
     assert found.verdict == "nothing_missing" or any(
         "hardly gain by the addition" in w for w in found.warnings

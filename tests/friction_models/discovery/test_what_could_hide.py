@@ -99,7 +99,7 @@ def test_tests_that_wander_are_told() -> None:
                 {"test_id": f"t{k:02d}", **loads, "wave": wave, "mu": 0.08 + rng.normal(0.0, 0.001, 60)}
             )
         )
-    data = pd.concat(frames, ignore_index=True)  # fmt: skip
+    data = pd.concat(frames, ignore_index=True)
     for size in (0.02, 0.0):
         found = diagnose(data.assign(mu=data["mu"] + size * data["wave"]).drop(columns="wave"))
         assert found.verdict == "nothing_missing", found.sentence
