@@ -15,7 +15,9 @@ from forming.verification import CASES, ring
 from forming.verification.table import text_table
 
 
-@pytest.mark.parametrize("name", ["upset-frictionless", "upset-calculix"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("upset-frictionless", marks=pytest.mark.nightly), "upset-calculix"]
+)
 def test_upsetting_meets_closed_form_and_calculix(name):
     """15 x 15 mm, 50 %: 224.6 kN without friction, 234.4 kN in CalculiX at mu 0.1."""
     result = next(case for case in CASES if case.name == name).run()

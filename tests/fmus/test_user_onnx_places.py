@@ -403,6 +403,7 @@ def started_late(monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
     monkeypatch.setattr(attempt, "python_command", command)
 
 
+@pytest.mark.nightly
 def test_the_time_to_load_libraries_is_not_that_of_the_graph(monkeypatch: pytest.MonkeyPatch) -> None:
     started_late(monkeypatch, 3.5)
     monkeypatch.setattr(attempt, "TIME_LIMIT", 3.0)
@@ -448,6 +449,7 @@ def test_trees_that_are_none(change: dict[str, Any], words: str) -> None:
         read_user_model(model_bytes([made]), "m.onnx")
 
 
+@pytest.mark.nightly
 def test_the_example_of_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("onnxscript", reason="torch's exporter needs onnxscript, extra [dev]")
     import torch

@@ -54,6 +54,7 @@ class Repeats:
         return solve_increment(body, tools, material, dt, mu, settings, attempt, *more)
 
 
+@pytest.mark.nightly
 def test_a_cup_goes_on_where_it_sticks_to_its_tools(monkeypatch):
     """mu = 10: the limit k acts nearly everywhere, the wall of the cup sticks to the container; some increments need held limits."""
     repeats = Repeats()

@@ -197,6 +197,7 @@ def test_expansion_does_not_depend_on_the_number_of_remeshings(kind, often, monk
         assert found == pytest.approx([1.733, 1.733], rel=0.05)
 
 
+@pytest.mark.nightly
 def test_expansion_beside_the_fold_of_a_steep_cone_does_not_grow_with_each_remeshing():
     """Half angle 68 degrees: 2.0 % larger with three times as many meshes before elements were renewed more often while the edge folds."""
     found = []

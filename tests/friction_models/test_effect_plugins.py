@@ -141,6 +141,7 @@ def test_an_effect_that_fails_is_not_tested_and_the_others_are() -> None:
         refine(points, tests, add=[theirs[0]])
 
 
+@pytest.mark.nightly
 def test_an_effect_handed_over_is_shown_like_those_of_the_catalogue() -> None:
     points, tests, _ = campaign(None, seed=22, thin=60, extra=0)
     waves = points.assign(mu=points["mu"] + 0.01 * np.sin(points["sd"] * 2 * np.pi / 18.0))

@@ -288,6 +288,7 @@ def test_a_number_that_varies_within_the_levels_of_a_text_is_named(seed: int) ->
     assert diagnose(*number_within_texts(seed)).effects == ["factor:stress"]
 
 
+@pytest.mark.nightly
 def test_answers_do_not_depend_on_the_order_of_columns_and_a_given_catalogue_has_no_factors() -> None:
     data, tests = one_operator(0)
     found = answer_of(one_operator, 0)
@@ -360,6 +361,7 @@ def test_the_formula_of_numbers_is_a_line_and_earlier_files_are_read(tmp_path: P
         load_model(tmp_path / "model")
 
 
+@pytest.mark.nightly
 def test_tests_over_the_same_speeds_are_not_told_apart_by_their_speed() -> None:
     """Their means differ by where a record ends: a direction that went with them was no column of its own."""
     rng = np.random.default_rng(3)
@@ -389,6 +391,7 @@ def test_tests_over_the_same_speeds_are_not_told_apart_by_their_speed() -> None:
     assert any("along the tests" in w and "move together" in w for w in found.warnings)
 
 
+@pytest.mark.nightly
 def test_an_effect_that_shows_nothing_beside_a_factor_has_no_amplitude() -> None:
     """What rounding made of it was divided by the size of a column that is left out: offsets of the lots were no numbers, a crash."""
     made = campaigns.campaign(600032)

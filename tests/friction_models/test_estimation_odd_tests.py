@@ -117,6 +117,7 @@ def test_hardly_any_good_test_is_odd_and_planted_ones_are() -> None:
     assert found >= 19
 
 
+@pytest.mark.nightly
 def test_chance_in_the_scatter_of_few_neighbours_hides_no_wrong_test() -> None:
     """Three wrong tests of 45, beside four batches that say nothing; so few tests of a batch scatter by chance up to twice as much."""
     found = lost = 0

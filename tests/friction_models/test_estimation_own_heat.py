@@ -65,6 +65,7 @@ def test_the_tie_of_temperature_and_offset_goes() -> None:
     assert abs(link(without_own_heat(campaign))) < 0.35
 
 
+@pytest.mark.nightly
 def test_scatter_that_heats_its_own_test_is_no_effect() -> None:
     answers = [diagnose(*heated(seed)) for seed in range(6)]
     assert sum(a.verdict != "nothing_missing" for a in answers) <= 1

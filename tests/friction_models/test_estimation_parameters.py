@@ -130,6 +130,7 @@ def lots(seed: int) -> BinnedTests:
     return prepare(pd.concat(frames), pd.DataFrame({"test_id": names, "batch": lot}))
 
 
+@pytest.mark.nightly
 def test_intervals_of_offsets_of_levels_hold_the_truth() -> None:
     inside, width = [], []
     for seed in range(40):
@@ -227,6 +228,7 @@ def in_order(seed: int, moved: Callable[[np.ndarray], np.ndarray], tests: int = 
     return [w for w in said if f"between {names[15]} and {names[16]}," in w] + ["elsewhere"] * bool(said)
 
 
+@pytest.mark.nightly
 def test_levels_that_jump_are_told_from_a_drift() -> None:
     changed = [in_order(seed, lambda order: 0.016 * (order > 15)) for seed in range(12)]
     assert sum(bool(found) for found in changed) >= 11

@@ -26,7 +26,7 @@ EVALUATE = next(a for a in ATTACKS if a.command == "evaluate")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tries", [10, pytest.param(60, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("tries", [5, pytest.param(60, marks=pytest.mark.nightly)])
 def test_commands_stand_damaged_inputs_and_hostile_outputs(tries: int, tmp_path: Path) -> None:
     """Among the tries are an output that is an input, and a folder of somebody else."""
     page = tmp_path / "report.md"

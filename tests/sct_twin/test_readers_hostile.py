@@ -221,6 +221,7 @@ def test_a_reader_that_hangs_or_dies_is_ended(tmp_path: Path) -> None:
     assert len(read_file(path).frame) == len(FRAME)
 
 
+@pytest.mark.nightly
 def test_the_time_to_load_a_library_is_not_that_of_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

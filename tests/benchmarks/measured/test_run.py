@@ -53,6 +53,7 @@ def test_one_table_from_the_data_to_the_page(data: Path, tmp_path: Path) -> None
         assert words in text
 
 
+@pytest.mark.nightly
 def test_of_two_effects_that_cancel_one_that_explains_alone_is_named(data: Path) -> None:
     """Friction of this pair falls with pressure; a second effect of it, tied to the first, predicted a little more, and hid both."""
     points, tests, _ = run.table_of({"function": "miba_dynamic", "arguments": {"system": "i"}}, data)

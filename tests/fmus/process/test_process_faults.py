@@ -25,6 +25,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+@pytest.mark.nightly
 def test_two_instances_do_not_meet(twin: UnpackedFmu) -> None:
     before = children()
     with RunningFmu(twin, "a") as a:

@@ -31,6 +31,7 @@ def test_tests_in_the_fall_need_no_warning() -> None:
     assert between((5.0, 15.0, 45.0, 130.0, 400.0)) == []
 
 
+@pytest.mark.nightly
 def test_a_test_between_the_levels_is_proposed() -> None:
     """The gap in which the named effect falls, not another one; speed steps pass the speeds that no test had."""
     rows = list(product((600.0, 1200.0, 1800.0), (5.0, 50.0, 500.0), (20.0, 120.0)))
@@ -44,7 +45,7 @@ def test_a_test_between_the_levels_is_proposed() -> None:
     assert steps == [[5.0, 15.8, 158.0, 500.0]]
 
 
-@pytest.mark.parametrize("load", ["T", "psi"])
+@pytest.mark.parametrize("load", ["T", pytest.param("psi", marks=pytest.mark.nightly)])
 def test_the_test_that_a_warning_asks_for_is_in_the_plan(load: str) -> None:
     """Also where the first gap parts rivals better, where nothing is a rival, and of an expansion; they lay in other gaps."""
     rng, tests = np.random.default_rng(4), []

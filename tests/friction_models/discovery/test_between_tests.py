@@ -32,7 +32,7 @@ def _table(rng: np.random.Generator, data: pd.DataFrame) -> pd.DataFrame:
 
 
 # of seed 1 a fit without the batch predicts one unseen test beyond all measure
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.nightly), 1])
 def test_a_batch_far_apart_hides_neither_itself_nor_what_temperature_does(seed: int) -> None:
     # 16 tests, scatter between them 0.0005, the batch 0.02 above; friction falls with a Lorentz curve of temperature
     rng = np.random.default_rng([seed, 8])

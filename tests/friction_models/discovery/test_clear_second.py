@@ -49,13 +49,8 @@ def test_temperature_alone_stays_alone(seed: int) -> None:
     assert (found.verdict, found.effects) == ("explained", ["thermal_breakdown"])
 
 
-@pytest.mark.parametrize(
-    "pair",
-    [
-        pytest.param("work_exhaustion+pressure_power", marks=pytest.mark.nightly),
-        "tool_roughness+surface_expansion",
-    ],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("pair", ["work_exhaustion+pressure_power", "tool_roughness+surface_expansion"])
 def test_a_second_effect_of_most_of_what_is_left_is_named(pair: str) -> None:
     """Exhausted films take the load of a law of pressure (unknown, 0.98); a scatter as large as both hides the share of a small one."""
     data, tests, _ = campaign(pair, seed=11, strength=1.5, extra=0, thin=8)

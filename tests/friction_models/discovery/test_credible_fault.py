@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from benchmarks.discovery_campaigns import campaign
 from friction_models.discovery import Diagnosis, diagnose
@@ -73,6 +74,7 @@ def test_a_drift_too_large_for_a_sensor_does_not_lead_what_changed_in_the_order_
     assert found.verdict == "ambiguous" and found.confidence <= 0.75
 
 
+@pytest.mark.nightly
 def test_a_drift_too_large_for_a_sensor_takes_no_name_from_what_is_along_the_distance() -> None:
     """It was most of what could be predicted beyond running-in: "unknown" at 0.98, "along order; sd"."""
     data, tests, _ = campaign("running_in+sensor_drift", seed=11, strength=1.5, extra=0, thin=8)

@@ -21,8 +21,8 @@ CLEAR = [
     "stribeck", "viscous", "thermal_softening", "thermal_breakdown", "running_in", "wear_out", "work_exhaustion",
     "rate_state", "tool_roughness", "flash_temperature", "surface_expansion", "static_peak",
 ]  # fmt: skip
-#: By day those that no other test of this folder names, and the first, as what is told apart counts on average.
-DAILY = ["stribeck", "viscous", "work_exhaustion", "static_peak"]
+#: By day the first, as what is told apart counts on average, and one that no other test of this folder names.
+DAILY = ["stribeck", "work_exhaustion"]
 #: What they do is over within millimetres: there must be points in these.
 SHORT = ("rate_state", "static_peak")
 KEYS = [
@@ -169,6 +169,7 @@ def test_an_addition_that_hurts_is_refused(worn: tuple[pd.DataFrame, pd.DataFram
         )
 
 
+@pytest.mark.nightly
 def test_trees_and_a_model_that_has_the_effect(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
     points, tests = worn[0].iloc[::3], worn[1]
     trees = diagnose(points, tests, model=GradientBoostingFriction())
@@ -223,6 +224,7 @@ def test_spikes_are_left_out() -> None:
     assert any("far off" in w for w in answer.warnings)
 
 
+@pytest.mark.nightly
 def test_an_effect_of_the_users_own_is_found(worn: tuple[pd.DataFrame, pd.DataFrame]) -> None:
     class Chatter(effects.Effect):
         name = "chatter"

@@ -88,6 +88,7 @@ def test_the_right_level_is_complete(seeds: range, wrong: int) -> None:
     assert verdicts.count("nothing_missing") >= len(seeds) - wrong
 
 
+@pytest.mark.nightly
 def test_an_effect_is_found_beside_a_wrong_level() -> None:
     found = diagnose(made(2, peak=0.02), model=flat(0.04))
     assert found.effects == ["stribeck"] and any("lies at least 0.03" in w for w in found.warnings)

@@ -204,6 +204,7 @@ def test_the_budget_of_a_model_with_a_wrong_level_adds_up(offset: float) -> None
     assert any(f"{side} the measurements everywhere" in w for w in found.warnings)
 
 
+@pytest.mark.nightly
 def test_a_law_that_differs_from_batch_to_batch_is_no_noise() -> None:
     loads = repeated(11, settings=48, each=1)
     names = loads["test_id"].unique()
@@ -231,6 +232,7 @@ def test_an_effect_beside_a_wrong_level_does_not_explain_the_level() -> None:
     assert left == pytest.approx(found.error_budget["missing"], abs=0.003) and left > 0.015
 
 
+@pytest.mark.nightly
 def test_repeats_do_not_speak_against_a_law_that_fits() -> None:
     """Two close tests at each of 12 temperatures: shapes on the grid of the scan leave more than the repeats, fitted ones do not."""
     sd = np.linspace(1.0, 30.0, 20)

@@ -76,6 +76,7 @@ def test_effects_of_absent_loads_are_no_rivals(lacking: list[str], stribeck: Tab
     assert any("may as well be an effect of a load that the data lack" in w for w in answer.warnings)
 
 
+@pytest.mark.nightly
 def test_an_effect_with_a_constant_load_does_not_lead() -> None:
     points, tests, _ = campaign("flash_temperature", seed=3, strength=2.0, thin=30, extra=0)
     assert diagnose(points, tests).ranking[0]["effect"] == "flash_temperature"
@@ -85,7 +86,7 @@ def test_an_effect_with_a_constant_load_does_not_lead() -> None:
     assert first.name != "flash_temperature"
 
 
-@pytest.mark.parametrize("mu", [0.0, 5.0])
+@pytest.mark.parametrize("mu", [0.0, pytest.param(5.0, marks=pytest.mark.nightly)])
 def test_a_friction_that_is_everywhere_the_same_lacks_nothing(mu: float, stribeck: Table) -> None:
     """A channel of another quantity, or of nothing: the base leaves no error to take shares of."""
     points, tests = stribeck
@@ -146,6 +147,7 @@ def test_a_set_value_in_place_of_the_speed_is_noticed(stribeck: Table) -> None:
     assert any("another speed than v_rel" in w for w in answer.warnings)
 
 
+@pytest.mark.nightly
 def test_empty_cells_of_the_test_table_do_not_switch_an_effect_off() -> None:
     points, tests, _ = campaign("tool_roughness", seed=40, strength=1.5, thin=30, extra=0)
     tests = tests.drop(columns="role")

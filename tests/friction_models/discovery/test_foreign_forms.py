@@ -81,6 +81,7 @@ def test_two_curves_of_another_form_are_named_and_said_to_have_another_form_perh
     assert (found.verdict == "partly_explained") == (left > 0.15), "verdict and budget of one page agree"
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_memory_of_the_speed_is_not_sure_where_no_test_changes_its_speed(seed: int) -> None:
     found = diagnose(at_one_speed_each(seed, 3.0, 100.0, 60.0, drying))
@@ -91,6 +92,7 @@ def test_a_memory_of_the_speed_is_not_sure_where_no_test_changes_its_speed(seed:
         assert found.effects == ["rate_state"], "no further name for what these tests cannot show"
 
 
+@pytest.mark.nightly
 def test_a_rival_stays_where_the_tests_do_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     data = at_one_speed_each(0, 2.0, 60.0, 40.0, settling_of_its_own)
     found = diagnose(data, model="linear")
@@ -128,7 +130,8 @@ def test_the_budget_and_the_warning_of_another_form_say_the_same() -> None:
     )
 
 
-@pytest.mark.parametrize("seed", [pytest.param(1, marks=pytest.mark.nightly), 2])
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", [1, 2])
 def test_a_hot_test_far_from_all_others_does_not_hide_a_wave(seed: int) -> None:
     """No law of the catalogue waves. One test of 60 is twice as hot as the others: what curves say of it is beyond all measure."""
     rng = np.random.default_rng(seed)
@@ -205,7 +208,8 @@ def test_tests_that_scatter_around_the_law_of_the_model_lack_nothing(seed: int) 
     assert found.verdict == "nothing_missing", found.sentence
 
 
-@pytest.mark.parametrize("seed", [pytest.param(3, marks=pytest.mark.nightly), 4])
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", [3, 4])
 def test_softening_that_comes_late_has_a_name(seed: int) -> None:
     """A cubic fall (Johnson, Cook) has hardly begun in most tests; where mu rises a little before, a line hides more of it."""
     rng = np.random.default_rng(seed)

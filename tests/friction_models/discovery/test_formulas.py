@@ -214,6 +214,7 @@ def test_a_diagnosis_offers_and_adds_nothing(resonance: pd.DataFrame) -> None:
     assert better.error_history_[-1]["after"]["rmse"] < 0.8 * better.error_history_[-1]["before"]["rmse"]
 
 
+@pytest.mark.nightly
 def test_other_verdicts_offer_nothing(resonance: pd.DataFrame) -> None:
     nothing = diagnose(hiding(None, 1), catalogue=["stribeck", "viscous"])
     assert nothing.verdict == "nothing_missing" and nothing.formulas == []

@@ -89,7 +89,7 @@ def test_a_jump_that_follows_a_load_is_told_beside_the_name(seed: int) -> None:
     assert any("a jump between t13 and t14" in w for w in found.warnings), found.warnings
 
 
-@pytest.mark.parametrize("shuffled", [False, True])
+@pytest.mark.parametrize("shuffled", [pytest.param(False, marks=pytest.mark.nightly), True])
 def test_no_jump_stands_for_an_effect_that_is_there(shuffled: bool) -> None:
     found = blocks(3, 0.0, 0.03, shuffled)
     assert found.effects == ["hot_pressure_breakdown"], found.sentence

@@ -39,8 +39,10 @@ def whole() -> Diagnosis:
     ("load", "wrong"),
     [
         ("v_rel", 100.0),
-        ("v_rel", 0.0),
-        *(pytest.param(*p, marks=pytest.mark.nightly) for p in (("T", 10.0), ("sigma_n", 30.0))),
+        *(
+            pytest.param(*p, marks=pytest.mark.nightly)
+            for p in (("v_rel", 0.0), ("T", 10.0), ("sigma_n", 30.0))
+        ),
     ],
     ids=str,
 )

@@ -129,7 +129,7 @@ def test_formulas_of_one_mechanism_are_not_promised_apart(unsure: Diagnosis) -> 
     assert not any("force_zero" in w and "same driver" in w for w in unsure.warnings)  # a reading tells it
 
 
-@pytest.mark.parametrize("law", ["v_rel", "T"])
+@pytest.mark.parametrize("law", ["v_rel", pytest.param("T", marks=pytest.mark.nightly)])
 def test_no_test_removes_more_than_the_entropy_of_the_answer(law: str) -> None:
     """A sure answer leaves little to be told; 1.15 bits were promised where a name was 94 % sure."""
     rows = list(product((600.0, 1200.0, 1800.0), (5.0, 15.0, 50.0, 150.0, 500.0), (20.0, 70.0, 120.0)))
@@ -189,6 +189,7 @@ def test_the_proposed_test_unties_loads_that_move_together(law: str) -> None:
     assert second.confusion_set == [truth]
 
 
+@pytest.mark.nightly
 def test_a_corner_of_tied_loads_tells_less_than_one_that_unties_them() -> None:
     tied = diagnose(*made(TIED, "v_rel"), catalogue=BOTH)
     crossed = [
@@ -306,6 +307,7 @@ def test_the_proposed_protocol_separates_the_rivals_in_the_virtual_laboratory(tm
     assert growth > ENOUGH**2
 
 
+@pytest.mark.nightly
 def test_a_test_that_tells_nothing_is_not_proposed() -> None:
     class Copy(effects.Stribeck):
         name = "copy"
@@ -357,7 +359,7 @@ def falling_and_running_in(along: float, catalogue: tuple[str, ...]) -> Diagnosi
     return diagnose(points, tests, catalogue=catalogue)
 
 
-@pytest.mark.parametrize("catalogue", [THREE, THREE[:2]], ids=len)
+@pytest.mark.parametrize("catalogue", [THREE, pytest.param(THREE[:2], marks=pytest.mark.nightly)], ids=len)
 def test_several_names_are_not_told_from_each_other(catalogue: tuple[str, ...]) -> None:
     found = falling_and_running_in(0.01, catalogue)
     assert set(found.effects) == {"stribeck", "running_in"}
@@ -366,7 +368,7 @@ def test_several_names_are_not_told_from_each_other(catalogue: tuple[str, ...]) 
     assert not any("stribeck" in w and "separate them" in w for w in found.warnings)
 
 
-@pytest.mark.parametrize("along", [0.04, 0.012])
+@pytest.mark.parametrize("along", [0.04, pytest.param(0.012, marks=pytest.mark.nightly)])
 def test_what_unseen_tests_leave_far_behind_is_no_rival(along: float) -> None:
     """A lead of less than 2 % in evidence may be a matter of formulas.
 

@@ -37,6 +37,7 @@ def at_random_loads(seed: int, points: int = 120) -> pd.DataFrame:
     return data.assign(mu=data.pop("level") + 0.0035 * rng.standard_normal(len(data)))
 
 
+@pytest.mark.nightly
 def test_a_saw_along_the_distance_is_neither_running_in_nor_noise() -> None:
     data = at_random_loads(1)
     data["mu"] += 0.0106 * (
@@ -85,6 +86,7 @@ def test_a_valley_at_three_pressures_is_not_sure_of_a_law_of_pressure(seed: int)
     assert not found.effects or found.confidence <= 0.5, found.sentence
 
 
+@pytest.mark.nightly
 def test_a_flat_start_and_a_rise_with_speed_is_no_stribeck_effect() -> None:
     """Beside a steep line a fall with speed draws a curve that falls nowhere."""
     data = at_random_loads(3, points=40)
@@ -103,7 +105,8 @@ def test_a_hump_in_temperature_is_no_sure_breakdown_beside_a_falling_line(width:
     assert "along T" in found.sentence or any("together mu is highest" in w for w in found.warnings)
 
 
-@pytest.mark.parametrize("seed", [17, pytest.param(11, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", [17, 11])
 def test_a_sharp_rise_beside_a_falling_line_keeps_its_name(seed: int) -> None:
     """Friction falls with temperature, then the film fails: mu turns, but no plain bend does what the failure does (unknown, 0.94)."""
     data, tests, _ = campaign("thermal_breakdown", seed=seed, strength=1.5, extra=0, thin=8)
@@ -112,6 +115,7 @@ def test_a_sharp_rise_beside_a_falling_line_keeps_its_name(seed: int) -> None:
     assert any("and the model beside it falls: together mu is" in warning for warning in found.warnings)
 
 
+@pytest.mark.nightly
 def test_a_fall_beside_a_rising_line_is_not_nothing() -> None:
     """A plain bend does as well, and nothing else predicts anything: it was "nothing missing", 0.85, at p = 0.004."""
     made = made_campaign(51100, ("stribeck",), "plain", 0.6, "second")

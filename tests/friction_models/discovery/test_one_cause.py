@@ -6,12 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge.identifiability import one_load
 from friction_models.estimation.campaign.binning import prepare
 
 
+@pytest.mark.nightly
 def test_a_surface_that_grows_with_the_distance_in_every_test() -> None:
     """Friction follows a logistic curve of the one, and so of the other."""
     rng = np.random.default_rng(2)

@@ -47,6 +47,7 @@ def test_an_order_that_says_nothing_changes_nothing() -> None:
     assert found.confidence == pytest.approx(diagnose(data).confidence, abs=0.02)
 
 
+@pytest.mark.nightly
 def test_what_comes_and_goes_within_a_few_tests_is_told() -> None:
     """No curve follows four days of ten tests each, as rooms warm up; neighbours are alike all the same."""
     told = 0

@@ -41,7 +41,8 @@ def at_three_pressures(data: pd.DataFrame) -> pd.DataFrame:
     return data.assign(sigma_n=level * (1.0 + 0.02 * np.sin(column(data, "sd"))))
 
 
-@pytest.mark.parametrize("seed", [7, pytest.param(9, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", [7, 9])
 def test_a_rise_with_pressure_alone_is_no_breakdown_of_hot_films(seed: int) -> None:
     """The breakdown also rises where it hardly feels the temperature: it was named, 0.8 sure, with gamma at its bound."""
     data = at_three_pressures(many_tests(seed))
@@ -59,7 +60,8 @@ def test_a_breakdown_by_both_loads_keeps_its_name() -> None:
     assert found.effects == ["hot_pressure_breakdown"] and found.confidence > 0.7, found.sentence
 
 
-@pytest.mark.parametrize("seed", [4, pytest.param(3, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", [4, 3])
 def test_a_hump_beside_another_effect_is_no_sure_breakdown(seed: int) -> None:
     """Alone, it was told from a breakdown; beside batches it was one, 0.94 sure, though the warning said that mu falls again."""
     data = many_tests(seed)
@@ -70,6 +72,7 @@ def test_a_hump_beside_another_effect_is_no_sure_breakdown(seed: int) -> None:
     assert "thermal_breakdown" not in found.effects or found.confidence <= 0.5, found.sentence
 
 
+@pytest.mark.nightly
 def test_running_in_and_wear_over_one_path_are_both_named() -> None:
     """A running-in that is nearly over in the first millimetres left a curve that "no effect explains", 0.98 sure."""
     data = many_tests(5, points=60)
@@ -79,6 +82,7 @@ def test_running_in_and_wear_over_one_path_are_both_named() -> None:
     assert set(found.effects) == {"running_in", "wear_out"}, found.sentence
 
 
+@pytest.mark.nightly
 def test_an_offset_of_most_of_the_friction_is_not_sure() -> None:
     """A rise that saturates over pressure is drawn by an offset of the force, too, which makes a third of what a test measured."""
     data = many_tests(0)
@@ -87,6 +91,7 @@ def test_an_offset_of_most_of_the_friction_is_not_sure() -> None:
     assert found.effects == ["force_zero"] and found.confidence <= 0.5, found.sentence
 
 
+@pytest.mark.nightly
 def test_what_many_tests_are_called_does_not_matter() -> None:
     """Of more tests than the noise needs, some were taken by their names."""
     data = many_tests(7, tests=220, points=8)
@@ -156,6 +161,7 @@ def test_a_hump_is_no_sure_breakdown_beside_what_mends_its_form(seed: int) -> No
     assert found.verdict == "unknown_structure" or found.confidence <= 0.5, found.sentence
 
 
+@pytest.mark.nightly
 def test_what_a_regularised_base_is_off_by_itself_is_no_sure_effect() -> None:
     """A power law without the offsets that keep the base regular at zero loads: off by 0.0003, it was the contact's memory, 0.9 sure."""
     rng = np.random.default_rng([8, 31])

@@ -44,6 +44,7 @@ def at_temperatures(places: FloatArray, mu: FloatArray, scatter: float, seed: in
     return pd.concat(tests, ignore_index=True)
 
 
+@pytest.mark.nightly
 def test_running_in_over_a_tenth_of_the_path_is_named_whatever_the_path() -> None:
     answers = [diagnose(polished(longest), model="constant", seed=0) for longest in (30.0, 1e5, 3e6)]
     assert [a.effects for a in answers] == 3 * [["running_in"]]

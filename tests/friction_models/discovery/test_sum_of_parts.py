@@ -75,13 +75,12 @@ def test_memory_that_shows_after_changes_of_speed_is_named() -> None:
     assert answer.effects == ["rate_state"], answer.sentence
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("law", "recipe", "first"),
     [
-        pytest.param("breakdown_weibull", "random_walk", "thermal_breakdown", marks=pytest.mark.nightly),
-        pytest.param(
-            "breakdown_desorption", "heteroscedastic", "thermal_breakdown", marks=pytest.mark.nightly
-        ),
+        ("breakdown_weibull", "random_walk", "thermal_breakdown"),
+        ("breakdown_desorption", "heteroscedastic", "thermal_breakdown"),
         ("breakdown_index", "heteroscedastic", "hot_pressure_breakdown"),
     ],
 )

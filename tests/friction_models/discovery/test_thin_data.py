@@ -163,6 +163,7 @@ def test_averaged_points_cannot_show_effects_along_a_test(answer: Ask, worn: Any
     assert few.code == 2 and "more tests or by time series" in few.said
 
 
+@pytest.mark.nightly
 def test_without_metadata_physics_is_still_found(answer: Ask, worn: Any) -> None:
     points, tests = worn
     bare = answer(points, tests[["test_id", "role"]])
@@ -191,7 +192,13 @@ def test_copies_of_tests_confirm_nothing(answer: Ask, null: Any) -> None:
     assert any(f"{3 * len(tests)} tests are copies of others (exact)" in w for w in found.warnings)
 
 
-@pytest.mark.parametrize("kept", [["v_rel", "sd"], ["sd"], ["T", "sigma_n", "sd"]])
+@pytest.mark.parametrize(
+    "kept",
+    [
+        ["sd"],
+        *(pytest.param(k, marks=pytest.mark.nightly) for k in (["v_rel", "sd"], ["T", "sigma_n", "sd"])),
+    ],
+)
 def test_any_subset_of_the_loads_is_judged(kept: list[str], answer: Ask, worn: Any) -> None:
     points, tests = worn
     found = answer(points[["test_id", *kept, "mu"]], tests)
@@ -380,6 +387,7 @@ def test_averages_with_a_distance_that_says_nothing(tests: int) -> None:
     assert found.verdict in {"nothing_missing", "unknown_structure", "ambiguous", "explained"}
 
 
+@pytest.mark.nightly
 def test_a_table_of_a_thousand_columns_is_a_dump() -> None:
     rng = np.random.default_rng(0)
     points, tests, _ = campaign("stribeck", seed=3, strength=2.0, thin=54)
@@ -389,6 +397,7 @@ def test_a_table_of_a_thousand_columns_is_a_dump() -> None:
     assert any("columns: of those that no effect needs only the first 100" in w for w in found.warnings)
 
 
+@pytest.mark.nightly
 def test_points_that_stand_twice_are_taken_once() -> None:
     points, tests, _ = campaign("stribeck", seed=3, strength=2.0, thin=54)
     once, twice = diagnose(points, tests), diagnose(pd.concat([points, points]), tests)

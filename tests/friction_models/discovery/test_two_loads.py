@@ -45,6 +45,7 @@ def test_beside_the_temperature_a_law_of_the_speed_says_as_much_as_one_of_both(
         assert right in found.confusion_set or any(right in w for w in said), found.warnings
 
 
+@pytest.mark.nightly
 def test_a_law_of_two_loads_stays() -> None:
     found = answer(990081, "random_walk", "breakdown_index")
     assert found.effects == ["hot_pressure_breakdown"] and found.confidence > 0.9, found.sentence

@@ -264,6 +264,7 @@ def test_a_window_of_two_loads_that_few_tests_meet_is_something_missing() -> Non
     assert answer.verdict == "unknown_structure" and answer.error_budget["missing"] > 0.0
 
 
+@pytest.mark.nightly
 def test_a_fault_that_only_mends_the_form_of_what_is_named_is_not_named() -> None:
     # another author's campaign, whose law depends on temperature and pressure; an offset of the force is not in it
     case = next(c for c in cases(120) if c.laws == ("breakdown_lowered",) and c.recipe == "quantised")
@@ -271,6 +272,7 @@ def test_a_fault_that_only_mends_the_form_of_what_is_named_is_not_named() -> Non
     assert diagnose(made.data, made.tests).effects == ["hot_pressure_breakdown"]
 
 
+@pytest.mark.nightly
 def test_refine_judges_by_the_tests_that_diagnose_judges_by() -> None:
     data = along_and_between(0)
     slipped = data["test_id"] == "t7"

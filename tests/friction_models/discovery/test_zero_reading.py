@@ -32,6 +32,7 @@ def needed(found: Diagnosis) -> float:
     return float(values["k_F"]["value"] * values["s_0"]["value"] * AREA_MM2)
 
 
+@pytest.mark.nightly
 def test_no_reading_no_decision_and_a_reading_of_nothing_rules_an_offset_out() -> None:
     before = with_reading("pressure_power", None)
     assert ZERO in before.confusion_set and set(before.confusion_set) & LAWS

@@ -25,8 +25,17 @@ pytest.importorskip("nicegui", reason="the extra [app] is not installed")
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian package chromium)")
 #: Between them they have every kind of field, a chart, a grid and tables.
-DAILY = ("", "explore", "measurements?raw=oil", "measurements?tests=data/sct")
-NIGHTLY = ("compare", "forming", "fmu", "measurements", "reports", "measurements?raw=rig")
+DAILY = ("", "explore")
+NIGHTLY = (
+    "measurements?raw=oil",
+    "measurements?tests=data/sct",
+    "compare",
+    "forming",
+    "fmu",
+    "measurements",
+    "reports",
+    "measurements?raw=rig",
+)
 
 
 @pytest.mark.slow

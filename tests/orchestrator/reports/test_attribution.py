@@ -99,6 +99,7 @@ def pressed() -> Pressed:
     return curves
 
 
+@pytest.mark.nightly
 def test_nothing_is_blamed_where_the_model_is_right(system: System, pressed: Pressed, place: Path) -> None:
     found = attribute(pressed(), system, CAUSES, place / "runs", jobs=1)
     assert not found.confusion_set and "no cause stands out" in found.sentence

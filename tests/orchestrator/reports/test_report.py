@@ -139,7 +139,10 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    ["explained", "nothing", *(pytest.param(c, marks=pytest.mark.nightly) for c in ("unknown", "fault"))],
+)
 def test_page_and_text_of_a_diagnosis(case: str, tmp_path: Path) -> None:
     made, verdict, piece = CASES[case]
     points, tests, _ = made(thin=24)
