@@ -32,9 +32,9 @@ from .answer.summaries import averages, base_residual, binned_bias, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import NextTest, propose
+from .judge.closest import Closest, closest_of
 from .judge.confidence import BLURRED, blurred, grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED
-from .judge.error_budget import helps
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
 from .judge.judged import Judged
@@ -160,6 +160,11 @@ class _Assembly:
         return several and not zero_is_known(self.campaign, self.found.floor.sensor)
 
     @cached_property
+    def closest(self) -> Closest | None:
+        """What would help most where no effect is named."""
+        return closest_of(self.judged)
+
+    @cached_property
     def hidden(self) -> dict[str, tuple[float, float]]:
         """Sizes of effects that would not have been seen, where nothing is missing."""
         nothing = self.verdict == "nothing_missing" and self.found.floor.known
@@ -185,6 +190,7 @@ class _Assembly:
             unread=self.unread,
             on_one=bool(self.causes.on_one),
             other_cause=self.causes.do_as_well,
+            one_explains=self.closest is not None and self.closest.explains,
         )
         return round(float(min(sure, self.doubts[0])), 3)
 
@@ -220,7 +226,7 @@ class _Assembly:
             *self.causes.warnings(),
             *uncertain_drivers(self.whole[0], self.fitted.terms),
             *reservations(campaign, found, self.confirmed, self.judged.knows_noise, unsure),
-            *_closest(self.judged),
+            *([comes_closest(self.closest)] if self.closest is not None else []),
             *(gaps if self.untested else []),
             *could_hide(self.hidden, self.usual_mu),
             *([level.text(f"the {self.base.name} model")] if level.off else []),
@@ -266,23 +272,6 @@ def _not_first(judged: Judged, confusion: Sequence[str]) -> str:
     return why_not_first(
         judged.chosen, judged.found.ranking, confusion, lambda effects: unseen.errors(effects).rms
     )
-
-
-def _closest(judged: Judged) -> list[str]:
-    """Return a warning where no effect is named, and one would help all the same: that of the column along which most is left, or the
-    first of the ranking that is no fault of the data."""
-    unseen, shares, ranking = judged.unseen, judged.confirmed.shares, judged.found.ranking
-    along = [place["variables"] for place in judged.confirmed.where[:1]]
-    of_column = next((f for f in ranking if [*f.effect.metadata] in along), None)
-    seen = (f for f in ranking if f.effect.kind != "fault" and judged.found.p_value(f) < LEVEL)
-    first = of_column or next(seen, None)
-    if judged.verdict != "unknown_structure" or unseen is None or shares is None or first is None:
-        return []
-    before, after = unseen.errors(), unseen.errors([first.effect])
-    reachable = float(np.sqrt(min(shares.best, after.rms**2)))
-    fault = first.effect.kind == "fault"
-    said = comes_closest(first.name, before.rms, after.rms, reachable, fault)
-    return [said] if helps(before, after) else []
 
 
 def _places(campaign: BinnedTests, judged: Judged) -> list[StructurePlace]:

@@ -131,7 +131,9 @@ class ComposedFriction(FrictionModel):
             for column in data.effect_columns(effect, mu, shape)
         ]
         names = tuple(e.name for e in fitted.effects_)
-        return Tangent(np.column_stack([inner.columns, *terms]), inner.offset, effects=names)
+        return Tangent(
+            np.column_stack([inner.columns, *terms]), inner.offset, effects=names, constants=inner.constants
+        )
 
     def _check_base(self) -> None:
         if not isinstance(self.base, FrictionModel) or isinstance(self.base, ComposedFriction):

@@ -118,7 +118,8 @@ class PowerLawFriction(FrictionModel):
         """Return the law's derivatives by log C and the exponents, around its fit to the data.
 
         ``d mu / d exponent = mu ln(load + offset)``. The logarithms are centred and scaled, which changes the
-        coefficients, but not what the columns can follow.
+        coefficients, but not what the columns can follow. Other offsets would bend mu along their loads: the derivative is
+        ``exponent mu / (load + offset)``.
         """
         fitted = clone(self).fit(data.loads, data.mu)
         mu = fitted.predict(data.loads)
@@ -132,7 +133,12 @@ class PowerLawFriction(FrictionModel):
             np.log(loads.psi),
         ]
         columns = [mu, *(mu * (f - f.mean()) / max(float(f.std()), 1e-12) for f in logs)]
-        return Tangent(np.column_stack(columns), mu)
+        constants = {
+            "v_offset": mu / (loads.v_rel + v0),
+            "sigma_offset": mu / (loads.sigma_n + s0),
+            "sd_offset": mu / (loads.sd + d0),
+        }
+        return Tangent(np.column_stack(columns), mu, constants=constants)
 
     def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         total = x.matmul(x.concat(self._features(x, L)), self.coef_[1:, None], self.coef_[:1])

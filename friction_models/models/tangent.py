@@ -55,6 +55,8 @@ class Tangent:
     fixed: bool = False
     #: Effects that the model holds already.
     effects: tuple[str, ...] = ()
+    #: What other values of constants that a fit takes as given would do, by the name of the parameter; each of shape (n,).
+    constants: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def varying_loads(loads: TriboLoads) -> FloatArray:

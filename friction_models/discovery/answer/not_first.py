@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from ...common.wording import listed
 from ...effects.base import Effect
 from ...estimation.search.scan import Fit
+from ..judge.closest import Closest
 
 #: An error below this share of another is better, not just no worse.
 BETTER = 0.95
@@ -46,17 +47,22 @@ def why_not_first(
     return f"{said}but {top.name} in its place would be {how}{apart}: {left:.3g}."
 
 
-def comes_closest(name: str, before: float, after: float, reachable: float, fault: bool = False) -> str:
-    """Return what the first of the ranking would do where nothing is named, from rms errors on tests that no fit saw.
+def comes_closest(found: Closest) -> str:
+    """Return what an effect would do where nothing is named.
 
     Examples
     --------
-    >>> comes_closest("hersey", 0.0068, 0.0044, 0.0035)[:94]
+    >>> comes_closest(Closest("hersey", 0.0068, 0.0044, 0.0035, fault=False))[:94]
     'hersey comes closest: refine --add hersey lowers the rms error on unseen tests from 0.0068 to '
     """
     return (
-        f"{name} comes closest: refine --add {name} lowers the rms error on unseen tests from {before:.3g} to {after:.3g} "
-        f"({reachable:.3g} is known to be reachable). It is not named, for one of these reasons: "
-        + ("it is larger than such a fault is, " if fault else "mu does not run the way this effect must, ")
+        f"{found.name} comes closest: refine --add {found.name} lowers the rms error on unseen tests from {found.before:.3g} to {found.after:.3g} "
+        f"({found.reachable:.3g} is known to be reachable{', so it may be this effect all the same' if found.explains else ''}). "
+        "It is not named, for one of these reasons: "
+        + (
+            "it is larger than such a fault is, "
+            if found.fault
+            else "mu does not run the way this effect must, "
+        )
         + "what is missing has another form or fewer loads, or more than this is missing"
     )

@@ -134,12 +134,14 @@ def sureness(
     unread: bool,
     on_one: bool,
     other_cause: bool,
+    one_explains: bool,
 ) -> float:
     """Return how sure a verdict is, 0 to 1, by its grounds; half as sure where these data cannot show more.
 
     `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded, in
     two groups or in the order of the runs, the model `knows_noise` of these points, tests that lie far off be `odd_kept`, an offset of the force be `unread` beside other
-    names, a name rest `on_one` test, or have an `other_cause` that does as well: a jump in the order, another law along the load.
+    names, a name rest `on_one` test, or have an `other_cause` that does as well: a jump in the order, another law along the load. Of the
+    catalogue `one_explains` what is missing, though it is not named.
     """
     verdict = confirmed.verdict
     nothing = verdict == "nothing_missing"
@@ -159,6 +161,7 @@ def sureness(
         verdict == "unknown_structure" and off is None and confirmed.by_repeats,
         knows_noise,
         other_cause,
+        bool(confirmed.constants),
         too_large and [f.name for f in confirmed.chosen] == [ZERO],  # as likely a law of pressure
     ]
     doubted = [
@@ -171,6 +174,7 @@ def sureness(
         bool(confirmed.products),  # so is the product of two loads
         bool(standing_in(found, confirmed.chosen)),  # the second may only mend the form of the first
         verdict in NAMED and takes_little(confirmed),
+        one_explains,  # of nine unknown laws of three authors five were none of the catalogue
         unread or too_large,  # an effect of pressure, perhaps, until the cell is read without load
     ]
     if any(doubted):

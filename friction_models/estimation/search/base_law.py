@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,8 @@ class BaseLaw:
     fixed: bool = False  #: Whether the model is taken as it is (an FMU, a constant of given value).
     effects: tuple[str, ...] = ()  #: Effects that the model holds already.
     model: Any = field(default=None, repr=False)  #: The model given, for the domain and for a later refit.
+    #: What other values of its constants would do, which no fit changes, by parameter; each of shape (n,).
+    constants: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
@@ -49,7 +52,7 @@ def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
         )
         found = model.tangent(points)
         name = model.name.replace(" + ", "+")
-        return BaseLaw(name, found.columns, found.offset, found.fixed, found.effects, model)
+        return BaseLaw(name, found.columns, found.offset, found.fixed, found.effects, model, found.constants)
     if isinstance(model, type) or not hasattr(model, "predict"):
         raise InputError(f"model {model!r:.80}: allowed is a family name, a model, or {ALLOWED}")
     offset = predict_points(f"model {model!r:.80}", model, campaign.loads, campaign.loads.tests_table())

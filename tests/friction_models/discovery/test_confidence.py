@@ -99,19 +99,29 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         unread=False,
         on_one=False,
         other_cause=False,
+        one_explains=False,
     )
     assert (said > 0.9) is (sure and not odd) and ((sure and not odd) or said <= 0.5)
 
 
 @pytest.mark.parametrize(
-    ("reason", "most"), [("on_one", 0.75), ("unread", 0.75), ("other_cause", 0.5), ("knows_noise", 0.5)]
+    ("reason", "most"),
+    [
+        ("on_one", 0.75),
+        ("unread", 0.75),
+        ("one_explains", 0.75),
+        ("other_cause", 0.5),
+        ("knows_noise", 0.5),
+    ],
 )
 def test_a_reason_to_doubt_an_answer_holds_it(reason: str, most: float) -> None:
     names = {n for _, w in WEIGHTS.values() for n in w} | {"left", "beyond"}
     grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "certain": 6.0, "gap": 1.0}
     campaign: Any = SimpleNamespace(tests=["t"] * 30, mu=np.ones(30), point_test=np.arange(30))
     found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01, sensor=0.001), ranking=[])
-    reasons = dict.fromkeys(("grouped", "knows_noise", "odd_kept", "unread", "on_one", "other_cause"), False)
+    reasons = dict.fromkeys(
+        ("grouped", "knows_noise", "odd_kept", "unread", "on_one", "other_cause", "one_explains"), False
+    )
     plain, doubted = (
         sureness(campaign, found, Confirmation("explained"), grounds, off=None, **known)
         for known in (reasons, reasons | {reason: True})
