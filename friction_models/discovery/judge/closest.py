@@ -9,6 +9,9 @@ from .error_budget import helps
 from .judged import Judged
 from .verdict import LEVEL
 
+#: So many of the ranking may come closest.
+FIRST = 3
+
 
 @dataclass(frozen=True)
 class Closest:
@@ -32,19 +35,20 @@ class Closest:
 
 
 def closest_of(judged: Judged) -> Closest | None:
-    """Return the effect of the column along which most is left, or the first of the ranking that is no fault of the data.
+    """Return the effect of the column along which most is left, or the best of the `FIRST` of the ranking that are no fault of the data.
 
     None where effects are named, nothing is missing, or it would not help.
     """
     unseen, shares, ranking = judged.unseen, judged.confirmed.shares, judged.found.ranking
+    if judged.verdict != "unknown_structure" or unseen is None or shares is None:
+        return None
     along = [place["variables"] for place in judged.confirmed.where[:1]]
-    of_column = next((f for f in ranking if [*f.effect.metadata] in along), None)
-    seen = (f for f in ranking if f.effect.kind != "fault" and judged.found.p_value(f) < LEVEL)
-    first = of_column or next(seen, None)
-    if judged.verdict != "unknown_structure" or unseen is None or shares is None or first is None:
+    of_column = [f for f in ranking if [*f.effect.metadata] in along][:1]
+    seen = [f for f in ranking if f.effect.kind != "fault" and judged.found.p_value(f) < LEVEL][:FIRST]
+    before = unseen.errors()
+    errors = {f.name: unseen.errors([f.effect]) for f in of_column or seen}
+    fit = min(of_column or seen, key=lambda f: errors[f.name].rms, default=None)
+    if fit is None or not helps(before, errors[fit.name]):
         return None
-    before, after = unseen.errors(), unseen.errors([first.effect])
-    if not helps(before, after):
-        return None
-    reachable = min(shares.best**0.5, after.rms)
-    return Closest(first.name, before.rms, after.rms, reachable, first.effect.kind == "fault")
+    after = errors[fit.name].rms
+    return Closest(fit.name, before.rms, after, min(shares.best**0.5, after), fit.effect.kind == "fault")

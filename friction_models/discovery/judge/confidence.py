@@ -174,7 +174,7 @@ def sureness(
         bool(confirmed.products),  # so is the product of two loads
         bool(standing_in(found, confirmed.chosen)),  # the second may only mend the form of the first
         verdict in NAMED and takes_little(confirmed),
-        one_explains,  # of nine unknown laws of three authors five were none of the catalogue
+        one_explains,  # of thirteen such answers to campaigns of three authors eight were right
         unread or too_large,  # an effect of pressure, perhaps, until the cell is read without load
     ]
     if any(doubted):
