@@ -26,14 +26,14 @@ from .answer.findings import FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
 from .answer.not_first import comes_closest, why_not_first
 from .answer.other_causes import OtherCauses
-from .answer.reservations import about_the_noise, could_hide, reservations, stands_out
+from .answer.reservations import about_the_noise, could_hide, held, reservations, stands_out
 from .answer.sentence import Sentence
 from .answer.summaries import averages, base_residual, binned_bias, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
 from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import NextTest, propose
 from .judge.closest import Closest, closest_of
-from .judge.confidence import BLURRED, blurred, grounds, sureness
+from .judge.confidence import BLURRED, Sureness, blurred, grounds, sureness
 from .judge.confirmation import EXPLAINED, NAMED
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
@@ -178,7 +178,12 @@ class _Assembly:
     @cached_property
     def sure(self) -> float:
         """The confidence, as files have it: the sentence and a page made of them say the same."""
-        sure = sureness(
+        return round(float(min(self.how_sure.value, self.doubts[0])), 3)
+
+    @cached_property
+    def how_sure(self) -> Sureness:
+        """How sure the answer is where the tests show the loads that matter."""
+        return sureness(
             self.campaign,
             self.found,
             self.confirmed,
@@ -192,7 +197,6 @@ class _Assembly:
             other_cause=self.causes.do_as_well,
             one_explains=self.closest is not None and self.closest.explains,
         )
-        return round(float(min(sure, self.doubts[0])), 3)
 
     @cached_property
     def where(self) -> list[StructurePlace]:
@@ -222,6 +226,7 @@ class _Assembly:
             *limits(campaign, self.base, self.evidence),
             *self.judged.notes,
             *doubted,
+            *held(self.how_sure),
             *same_columns(campaign, self.effects, [f.effect for f in found.ranking]),
             *self.causes.warnings(),
             *uncertain_drivers(self.whole[0], self.fitted.terms),

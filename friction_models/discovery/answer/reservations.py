@@ -9,7 +9,7 @@ from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
-from ..judge.confidence import LITTLE, takes_little
+from ..judge.confidence import LITTLE, Sureness, takes_little
 from ..judge.confirmation import NAMED, Confirmation
 from ..judge.identifiability import standing_in
 from ..judge.verdict import LEVEL
@@ -27,6 +27,17 @@ def stands_out(found: SearchRound, confirmed: Confirmation) -> Fit | None:
     if confirmed.verdict != "nothing_missing" or confirmed.within_resolution or winner is None:
         return None
     return winner if found.p_value(winner) < LEVEL else None
+
+
+def held(sure: Sureness) -> list[str]:
+    """Return what holds the confidence of an answer, if something does.
+
+    Examples
+    --------
+    >>> held(Sureness(0.75, ("a name rests on one test",)))
+    ['the confidence is held at 0.75: a name rests on one test']
+    """
+    return [f"the confidence is held at {sure.value:g}: {listed(sure.held_by)}"] if sure.held_by else []
 
 
 def reservations(

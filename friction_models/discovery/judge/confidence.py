@@ -9,6 +9,7 @@ Its numbers stand here; how well they hold on other campaigns stands in ``docs/b
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit
@@ -121,6 +122,14 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
     return float(np.clip(expit(score), low, high))
 
 
+class Sureness(NamedTuple):
+    """How sure a verdict is, 0 to 1, and why no surer."""
+
+    value: float
+    #: What holds it back, where something does; each completes "the confidence is held because ...".
+    held_by: tuple[str, ...] = ()
+
+
 def sureness(
     campaign: BinnedTests,
     found: SearchRound,
@@ -135,8 +144,8 @@ def sureness(
     on_one: bool,
     other_cause: bool,
     one_explains: bool,
-) -> float:
-    """Return how sure a verdict is, 0 to 1, by its grounds; half as sure where these data cannot show more.
+) -> Sureness:
+    """Return how sure a verdict is by its grounds; half as sure, or a little, where these data cannot show more.
 
     `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded, in
     two groups or in the order of the runs, the model `knows_noise` of these points, tests that lie far off be `odd_kept`, an offset of the force be `unread` beside other
@@ -144,42 +153,51 @@ def sureness(
     catalogue `one_explains` what is missing, though it is not named.
     """
     verdict = confirmed.verdict
-    nothing = verdict == "nothing_missing"
+    nothing, named = verdict == "nothing_missing", verdict in NAMED
     sure = LIMITS[1] if confirmed.within_resolution else confidence(verdict, grounds)
     if off is not None and verdict == "unknown_structure":
         sure = max(sure, min(1.0 - off, LIMITS[1]))
     too_large = not all(credible(campaign, found.floor.sensor, f) for f in confirmed.chosen)
-    unsure = [
-        not found.floor.known,
-        nothing and len(campaign.tests) < LEAST_TESTS,
-        blurred(campaign, found, confirmed) and (nothing or (verdict in NAMED and drowned(confirmed))),
-        nothing and clipped_share(campaign.mu, campaign.point_test) > MOST_CLIPPED,
-        nothing and grounds["reference"] > 0.0,  # of 118 such answers where nothing was hidden none had it
-        nothing and odd_kept,  # they hide what is missing
-        nothing and grouped,  # what sets the groups apart is missing
-        nothing and confirmed.lacks_fit,
-        verdict == "unknown_structure" and off is None and confirmed.by_repeats,
-        knows_noise,
-        other_cause,
-        bool(confirmed.constants),
-        too_large and [f.name for f in confirmed.chosen] == [ZERO],  # as likely a law of pressure
-    ]
-    doubted = [
-        # a load of a name goes with another one in these tests: of 59 such answers to some thousand made-up campaigns 43 were right
-        verdict in NAMED and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
-        on_one,  # of 23 such answers 17 were right
-        odd_kept,  # odd tests draw a law their way, and swell the floor: of five names four were right
-        # two laws of one load each are better, if not for certain: of ten such answers about half were right
-        bool(confirmed.parts),
-        bool(confirmed.products),  # so is the product of two loads
-        bool(standing_in(found, confirmed.chosen)),  # the second may only mend the form of the first
-        verdict in NAMED and takes_little(confirmed),
-        one_explains,  # of thirteen such answers to campaigns of three authors eight were right
-        unread or too_large,  # an effect of pressure, perhaps, until the cell is read without load
-    ]
-    if any(doubted):
-        sure = min(sure, MOST_DOUBTED)
-    return min(sure, EITHER) if any(unsure) else sure
+    hidden = blurred(campaign, found, confirmed) and (nothing or (named and drowned(confirmed)))
+    unsure = {
+        "nothing says how much these tests scatter": not found.floor.known,
+        f"there are fewer than {LEAST_TESTS} tests": nothing and len(campaign.tests) < LEAST_TESTS,
+        "the noise is more than half of mu": hidden,
+        "many readings of mu were clipped": nothing
+        and clipped_share(campaign.mu, campaign.point_test) > MOST_CLIPPED,
+        # of 118 such answers where nothing was hidden none had it
+        "flexible curves predict unseen tests a little better": nothing and grounds["reference"] > 0.0,
+        "tests that lie far off hide what is missing": nothing and odd_kept,
+        "tests differ by something that was not recorded": nothing and grouped,
+        "settings differ by more than their repeats": (nothing and confirmed.lacks_fit)
+        or (verdict == "unknown_structure" and off is None and confirmed.by_repeats),
+        "the model knows the noise of these points": knows_noise,
+        "a jump of the tests or another law along the load does as well": other_cause,
+        "the model does as well with other constants": bool(confirmed.constants),
+        # as likely a law of pressure
+        "no cell is off by as much": too_large and [f.name for f in confirmed.chosen] == [ZERO],
+    }
+    doubted = {
+        # of 59 such answers to some thousand made-up campaigns 43 were right
+        "a load of what is named goes with another one in these tests": named
+        and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
+        "a name rests on one test": on_one,  # of 23 such answers 17 were right
+        # they draw a law their way, and swell the floor: of five names four were right
+        "tests lie far off all others": odd_kept,
+        # if not for certain: of ten such answers about half were right
+        "two laws of one load each do as well": bool(confirmed.parts),
+        "a product of two loads does as well": bool(confirmed.products),
+        "one name may only mend the form of another": bool(standing_in(found, confirmed.chosen)),
+        "what is named takes little of the error": named and takes_little(confirmed),
+        # of thirteen such answers to campaigns of three authors eight were right
+        "one effect would explain what is missing, if its form were another": one_explains,
+        # an effect of pressure, perhaps, until the cell is read without load
+        "the zero of the force was not read": unread or too_large,
+    }
+    most, reasons = (EITHER, unsure) if any(unsure.values()) else (MOST_DOUBTED, doubted)
+    if sure <= most or not any(reasons.values()):
+        return Sureness(sure)
+    return Sureness(most, tuple(reason for reason, holds in reasons.items() if holds))
 
 
 def takes_little(confirmed: Confirmation) -> bool:

@@ -101,7 +101,8 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         other_cause=False,
         one_explains=False,
     )
-    assert (said > 0.9) is (sure and not odd) and ((sure and not odd) or said <= 0.5)
+    assert (said.value > 0.9) is (sure and not odd) and ((sure and not odd) or said.value <= 0.5)
+    assert bool(said.held_by) is (said.value == 0.5)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +127,8 @@ def test_a_reason_to_doubt_an_answer_holds_it(reason: str, most: float) -> None:
         sureness(campaign, found, Confirmation("explained"), grounds, off=None, **known)
         for known in (reasons, reasons | {reason: True})
     )
-    assert plain > 0.9 and doubted == most
+    assert plain.value > 0.9 and not plain.held_by
+    assert doubted.value == most and len(doubted.held_by) == 1
 
 
 @pytest.mark.parametrize(
