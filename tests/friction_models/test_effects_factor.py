@@ -130,6 +130,7 @@ def test_columns_that_mean_nothing_are_hardly_ever_named(seeds: range, wrong: in
     assert sum(bool(a.effects) for a in answers) <= wrong
 
 
+@pytest.mark.nightly
 def test_each_of_several_batches_has_an_offset(tmp_path: Path) -> None:
     """No batch stands apart from all others: one that deviates would leave most of what the others differ by."""
     data, tests = campaign(8, 48)

@@ -33,9 +33,8 @@ def averages(seed: int, pressure: float) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-@pytest.mark.parametrize(
-    ("seeds", "least"), [(range(4), 3), pytest.param(range(8), 5, marks=pytest.mark.nightly)]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("seeds", "least"), [(range(4), 3), (range(8), 5)])
 def test_pressure_is_named_where_the_search_sees_it(seeds: range, least: int) -> None:
     """Squared errors of whole tests alone, which hold their scatter, showed it in three of eight."""
     named = [set(diagnose(averages(seed, 0.025)).effects) for seed in seeds]

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge.naming.names import Names
@@ -80,6 +81,7 @@ def peak(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.concat(frames, ignore_index=True), pd.DataFrame(told)
 
 
+@pytest.mark.nightly
 def test_a_peak_is_no_sum_of_two_effects() -> None:
     found = diagnose(*peak(27))
     assert (found.verdict, found.effects, found.confusion_set) == ("unknown_structure", [], [])

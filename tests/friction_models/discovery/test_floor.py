@@ -152,6 +152,7 @@ def test_the_answer_says_what_identifies_its_floor() -> None:
     assert diagnose(measured(alone, 0.1, 3)).noise_floor["source"] in {"model", "reference"}
 
 
+@pytest.mark.nightly
 def test_what_repeats_rule_out_is_not_called_noise() -> None:
     # each setting has a level of its own that no load tells
     loads = repeated(5, settings=12)

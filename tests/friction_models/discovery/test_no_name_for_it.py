@@ -48,6 +48,7 @@ def test_a_saw_along_the_distance_is_neither_running_in_nor_noise() -> None:
     assert found.noise_floor["total"] < 0.0053  # 0.0061 where the saw passes for drift
 
 
+@pytest.mark.nightly
 def test_two_names_that_only_cancel_each_other_are_no_answer() -> None:
     """A hump over pressure: a breakdown that rises and a saturation that falls, each of any size, draw it."""
     data = at_random_loads(7, points=30)

@@ -279,6 +279,7 @@ def test_a_report_opened_as_a_page_draws_and_reaches_nothing(browser: Any, serve
     assert tab.page.locator("#said").inner_text() == "no cookie, no files"
 
 
+@pytest.mark.nightly
 def test_what_was_unfolded_stays_unfolded(browser: Any, server: Served) -> None:
     tab = Watched(browser, server)
     tab.visit("forming")
