@@ -99,13 +99,13 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
     """Return a warning where a load that drives an effect moves with another one from test to test, or along each of them."""
     apart = [n for n in campaign.varied if campaign.sets_apart(n)]
     levels = {n: campaign.of_tests(transformed(campaign, n)) for n in apart}
-    tied = {
-        b: f"{b} (correlation {value:+.2f})"
+    tied = [
+        (a, f"{b} (correlation {value:+.2f})")
         for a, b in permutations(levels, 2)
         if a in drivers
         and (b not in drivers or a < b)
         and abs(value := _correlation(levels[a], levels[b])) > TOGETHER
-    }
+    ]
     along = [b for b in one_load(campaign, drivers) if b not in levels]
     if along:
         together = dict.fromkeys([*(n for n in drivers if n in campaign.varied), *along])
@@ -115,8 +115,9 @@ def _tied_loads(campaign: BinnedTests, drivers: Sequence[str]) -> list[str]:
         ]
     if not tied:
         return []
+    movers = dict.fromkeys(a for a, _ in tied)
     return [
-        f"from test to test {listed(n for n in drivers if n in levels and n not in tied)} moves with {listed(tied.values())}: what looks "
+        f"from test to test {listed(movers)} {'moves' if len(movers) == 1 else 'move'} with {listed(dict.fromkeys(b for _, b in tied))}: what looks "
         "like an effect of the one may be one of the other; cross their levels in further tests"
     ]
 

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge.identifiability import one_load
+from friction_models.discovery.judge.identifiability import _tied_loads, one_load
 from friction_models.estimation.campaign.binning import prepare
 
 
@@ -102,3 +102,21 @@ def test_a_second_name_may_only_mend_the_form_of_the_first() -> None:
         )  # fmt: skip
     found = diagnose(pd.concat(rows, ignore_index=True))
     assert len(found.effects) < 2 or found.confidence <= 0.75, found.sentence
+
+
+def test_only_the_load_that_moves_with_another_one_is_said_to() -> None:
+    rng = np.random.default_rng(4)
+    pressure, speed = rng.uniform(300.0, 1200.0, 20), rng.uniform(5.0, 100.0, 20)
+    at = np.repeat(np.arange(20), 5)
+    data = pd.DataFrame(
+        {
+            "test_id": [f"t{k:02d}" for k in at],
+            "v_rel": speed[at],
+            "sigma_n": pressure[at],
+            "psi": 1.0 + pressure[at] / 1000.0,
+            "sd": np.tile(np.linspace(1.0, 20.0, 5), 20),
+            "mu": 0.1,
+        }
+    )
+    (told,) = _tied_loads(prepare(data), ("v_rel", "sigma_n"))
+    assert told.startswith("from test to test sigma_n moves with psi (correlation +1.00)")
