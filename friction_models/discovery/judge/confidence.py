@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import expit
 
+from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.clipping import clipped_share
 from ...estimation.search.search_round import SearchRound
@@ -189,6 +190,8 @@ def sureness(
         "a product of two loads does as well": bool(confirmed.products),
         "one name may only mend the form of another": bool(standing_in(found, confirmed.chosen)),
         "what is named takes little of the error": named and takes_little(confirmed),
+        # of 47 answers of several names to campaigns of another author seven had one, and all were wrong
+        f"{listed(confirmed.little)} may only mend the form of the others": bool(confirmed.little),
         # of thirteen such answers to campaigns of three authors eight were right
         "one effect would explain what is missing, if its form were another": one_explains,
         # an effect of pressure, perhaps, until the cell is read without load

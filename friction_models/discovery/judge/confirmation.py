@@ -42,6 +42,7 @@ class Confirmation:
     products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     #: Parameters of the model whose values no fit changes, if others do as well as what is named.
     constants: tuple[str, ...] = ()
+    little: tuple[str, ...] = ()  #: Of several names those without which the error hardly rises.
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Names that cancel slopes of the model, but that unseen tests prefer to all plain bends along their load.
     sharper: frozenset[str] = frozenset()

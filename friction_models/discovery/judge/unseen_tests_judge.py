@@ -35,6 +35,8 @@ ALONE_SHARE, ALONE_CERTAIN, MUCH = 0.05, 3.0, 0.25
 MAYBE, CONFIRMED = 0.2, 1.7
 #: What leaves less than this share of the squared error on unseen tests need not be as significant.
 MOST = 0.5
+#: One of several names that takes less than this share of the squared error of the model may only mend the form of the others.
+LITTLE = 0.03
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
 #: verdict to say so.
 BEYOND_REPEATS = 0.25
@@ -116,6 +118,7 @@ class UnseenTestsJudge:
             self.two_loads.as_good(kept),
             self.products.as_good(kept),
             self.own_constants.do_as_well(kept),
+            self._little(kept),
             repeats,
             sharper=self.other_laws.sharper(kept),
         )
@@ -258,6 +261,14 @@ class UnseenTestsJudge:
             return "unknown_structure" if shares.missing > 0.0 else "nothing_missing", [], shares, ()
         rivals = told(others, beside)
         return "ambiguous" if rivals else "partly_explained", others, shares, rivals
+
+    def _little(self, kept: list[Fit]) -> tuple[str, ...]:
+        """Return of several names those without which the squared error rises by next to nothing of what the model leaves."""
+        if len(kept) < 2:
+            return ()
+        whole, base = self.unseen.errors(effects_of(kept)).rms ** 2, self.beside.without_names.rms**2
+        without = {f.name: self.unseen.errors(effects_of([o for o in kept if o is not f])) for f in kept}
+        return tuple(name for name, errors in without.items() if errors.rms**2 - whole < LITTLE * base)
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""
