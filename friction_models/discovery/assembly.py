@@ -88,7 +88,7 @@ class _Assembly:
         """Return the answer."""
         campaign, found, fitted = self.campaign, self.found, self.fitted
         # the table after the names is that of the model as it is: its level stays wrong
-        after = fitted.residual + (self.level.value if self.level.off else 0.0) if self.named else None
+        after = fitted.residual + (self.level.left if self.level.off else 0.0) if self.named else None
         proposals, inseparable = self._further_tests()
         told = inseparable if self.named and (len(self.confusion) > 1 or not proposals) else []
         return Diagnosis(
@@ -128,8 +128,8 @@ class _Assembly:
 
     def _level(self) -> LevelOffset:
         """Return the level of a model as it is; a linear shift of the model, fitted beside it, contains its level."""
-        if self.base.fixed and self.base.columns.shape[1] == 1:
-            return level_of(self.found, self.chosen if self.named else [])
+        if self.base.fixed and (self.base.scaled or self.base.columns.shape[1] == 1):
+            return level_of(self.found, self.chosen if self.named else [], self.base.scaled)
         return LevelOffset()
 
     def _level_matters(self) -> bool:

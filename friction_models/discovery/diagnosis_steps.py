@@ -125,7 +125,7 @@ def diagnose(
             missing = _missing(campaign, judged, seed)
     if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
-        shifted = replace(base, columns=polynomial_columns(campaign.loads, 1))
+        shifted = replace(base, columns=polynomial_columns(campaign.loads, 1), scaled=False)
         if spare_averages(campaign, shifted) >= SPARE:
             beside = _judge(campaign, shifted, candidates, seed, floor, (campaign, shifted), stages)
             if beside.verdict in NAMED and beside.verdict != judged.verdict:

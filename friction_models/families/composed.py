@@ -132,7 +132,7 @@ class ComposedFriction(FrictionModel):
         ]
         names = tuple(e.name for e in fitted.effects_)
         return Tangent(
-            np.column_stack([inner.columns, *terms]), inner.offset, effects=names, constants=inner.constants
+            np.column_stack([inner.columns, *terms]), inner.offset, effects=names, beside=inner.beside
         )
 
     def _check_base(self) -> None:

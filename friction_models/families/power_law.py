@@ -14,7 +14,7 @@ from ..expressions.scaling import Scaling, unresolved
 from ..loads import MU, FloatArray, TriboLoads
 from ..models.base import FrictionModel
 from ..models.law import Arrays, Groups, JsonObject, Learned, States, System, Weights
-from ..models.tangent import MeasuredPoints, Tangent
+from ..models.tangent import Beside, MeasuredPoints, Tangent
 
 #: References that make the factors numbers of order one: mm/s, K, MPa, mm.
 V_REF, T_REF, SIGMA_REF, SD_REF = 100.0, 100.0, 1000.0, 10.0
@@ -133,12 +133,12 @@ class PowerLawFriction(FrictionModel):
             np.log(loads.psi),
         ]
         columns = [mu, *(mu * (f - f.mean()) / max(float(f.std()), 1e-12) for f in logs)]
-        constants = {
-            "v_offset": mu / (loads.v_rel + v0),
-            "sigma_offset": mu / (loads.sigma_n + s0),
-            "sd_offset": mu / (loads.sd + d0),
-        }
-        return Tangent(np.column_stack(columns), mu, constants=constants)
+        offsets = (
+            Beside("another v_offset", mu / (loads.v_rel + v0)),
+            Beside("another sigma_offset", mu / (loads.sigma_n + s0)),
+            Beside("another sd_offset", mu / (loads.sd + d0)),
+        )
+        return Tangent(np.column_stack(columns), mu, beside=offsets)
 
     def formula(self, x: Ops, L: LoadColumns, S: States = None, system: System = None) -> Value:
         total = x.matmul(x.concat(self._features(x, L)), self.coef_[1:, None], self.coef_[:1])

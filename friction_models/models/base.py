@@ -29,7 +29,7 @@ from .intervals.prediction_interval import LEAST_TESTS, LEVEL, check_level
 from .law import FrictionLaw, Groups, LoadsLike, Weights, as_loads
 from .measures import error_measures
 from .model_card import LISTED_TESTS, UNTRAINED, DataFacts, Splits, Training, test_digests, versions
-from .tangent import MeasuredPoints, Tangent, out_of_fold, polynomial_columns
+from .tangent import MeasuredPoints, Tangent, bends, out_of_fold, polynomial_columns
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -86,10 +86,10 @@ class FrictionModel(FrictionLaw, Drawn):
         """Return what may still change in the model where effects are fitted together with it.
 
         By default the model is taken as flexible: an offset and a straight share of each load may change, and a factor on
-        predictions of each test by copies that did not see it.
+        predictions of each test by copies that did not see it. Beside these, smooth curves could follow what it follows in steps.
         """
         columns = [polynomial_columns(data.loads, 1), out_of_fold(self, data)]
-        return Tangent(np.column_stack(columns), np.zeros(len(data.mu)))
+        return Tangent(np.column_stack(columns), np.zeros(len(data.mu)), beside=bends(data.loads))
 
     # --- fit --------------------------------------------------------------------------------------------
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations_with_replacement
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..loads import FloatArray, TriboLoads
+from ..loads import LOAD_NAMES, FloatArray, TriboLoads
 
 FOLDS = 5
 
@@ -31,6 +31,14 @@ class MeasuredPoints:
     effect_columns: Callable[[Any, FloatArray, Mapping[str, float]], Sequence[FloatArray]] = field(repr=False)
     #: Of the folds.
     seed: int = 0
+
+
+class Beside(NamedTuple):
+    """What a model could do, though no fit of it does: follow another constant, or a smooth curve where it has steps."""
+
+    name: str  #: In a sentence.
+    column: FloatArray  #: Shape (n,).
+    loads: tuple[str, ...] = ()  #: Along which it bends; none given, it may stand for any effect.
 
 
 @dataclass(frozen=True)
@@ -55,8 +63,7 @@ class Tangent:
     fixed: bool = False
     #: Effects that the model holds already.
     effects: tuple[str, ...] = ()
-    #: What other values of constants that a fit takes as given would do, by the name of the parameter; each of shape (n,).
-    constants: Mapping[str, FloatArray] = field(default_factory=dict)
+    beside: tuple[Beside, ...] = ()
 
 
 def varying_loads(loads: TriboLoads) -> FloatArray:
@@ -68,11 +75,32 @@ def varying_loads(loads: TriboLoads) -> FloatArray:
     [[-1.0], [1.0]]
     """
     array = loads.as_array()
-    varies = [bool(np.ptp(c) > 1e-9 * max(1.0, float(np.max(np.abs(c))))) for c in array.T]
+    varies = [_varies(column) for column in array.T]
     chosen = array[:, varies]
     if not any(varies):
         return chosen
     return (chosen - chosen.mean(axis=0)) / chosen.std(axis=0)
+
+
+def _varies(column: FloatArray) -> bool:
+    return bool(np.ptp(column) > 1e-9 * max(1.0, float(np.max(np.abs(column)))))
+
+
+def bends(loads: TriboLoads) -> tuple[Beside, ...]:
+    """Return the squares of the loads that vary, and their products.
+
+    Examples
+    --------
+    >>> [b.name for b in bends(TriboLoads.from_array([[50, 20, 500, 0, 1], [50, 30, 700, 0, 1]]))]
+    ['a bend along T', 'the product of T and sigma_n', 'a bend along sigma_n']
+    """
+    varied = varying_loads(loads)
+    names = [n for n, c in zip(LOAD_NAMES, loads.as_array().T, strict=True) if _varies(c)]
+    pairs = combinations_with_replacement(zip(names, varied.T, strict=True), 2)
+    return tuple(
+        Beside(f"a bend along {a}" if a == b else f"the product of {a} and {b}", x * y, (a, b))
+        for (a, x), (b, y) in pairs
+    )
 
 
 def polynomial_columns(loads: TriboLoads, degree: int) -> FloatArray:

@@ -52,7 +52,7 @@ def budget_numbers(
         if confirmed.repeats.lacks_fit or confirmed.repeats.agrees_with(float(np.sqrt(left))):
             floor["source"], floor["interval"] = "repeats", list(confirmed.repeats.interval)
     if level.off:
-        missing += min(level.value**2, whole - left - missing)
+        missing += min(_mean_square(campaign, level.left), whole - left - missing)
     elif not confirmed.chosen:
         left = whole - missing
     total = float(np.sqrt(left))

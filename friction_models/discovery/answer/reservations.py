@@ -76,11 +76,11 @@ def reservations(
         "have another form"
         for name, (first, second) in confirmed.products.items()
     ]
-    if confirmed.constants:
-        said.append(
-            f"the model alone predicts unseen tests about as well with other values of {listed(confirmed.constants)}, which a fit takes as given: "
-            "it may lack no effect but these"
-        )
+    said += [
+        f"in the place of {name}, the model itself predicts unseen tests about as well with {listed(beside)}, which no fit of it does: it may lack "
+        "that, and no effect"
+        for name, beside in confirmed.own_form.items()
+    ]
     said += [
         f"{first} and {second} each alone change mu much where the other does: the one may only mend the form of the other, which tests "
         "tell that change their loads apart from each other"

@@ -98,8 +98,9 @@ class Sentence:
 
     def _unknown_structure(self) -> str:
         if self.where and not _along(self.where):
+            what = "factor" if self.where[0]["shape"].startswith("factor") else "amount"
             return (
-                f"{self._model} is off by the same amount everywhere ({self.where[0]['shape']}), which no effect of a load explains "
+                f"{self._model} is off by the same {what} everywhere ({self.where[0]['shape']}), which no effect of a load explains "
                 f"{self._sure()}."
             )
         return f"something systematic is missing from {self._model} that no effect in the catalogue explains{self._rest} {self._sure()}."

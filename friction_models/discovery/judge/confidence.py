@@ -174,7 +174,7 @@ def sureness(
         or (verdict == "unknown_structure" and off is None and confirmed.by_repeats),
         "the model knows the noise of these points": knows_noise,
         "a jump of the tests or another law along the load does as well": other_cause,
-        "the model does as well with other constants": bool(confirmed.constants),
+        "the model itself could do as well": bool(confirmed.own_form),
         # as likely a law of pressure
         "no cell is off by as much": too_large and [f.name for f in confirmed.chosen] == [ZERO],
     }

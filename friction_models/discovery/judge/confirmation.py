@@ -40,8 +40,8 @@ class Confirmation:
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     #: Names in whose place the product of two loads predicts unseen tests better, if not for certain, and these loads.
     products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    #: Parameters of the model whose values no fit changes, if others do as well as what is named.
-    constants: tuple[str, ...] = ()
+    #: Names in whose place the model itself does as well, and with what, though no fit of it does it.
+    own_form: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     little: tuple[str, ...] = ()  #: Of several names those without which the error hardly rises.
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Names that cancel slopes of the model, but that unseen tests prefer to all plain bends along their load.

@@ -1,9 +1,9 @@
-"""Constant offset between measurements and a model that is not refitted."""
+"""Constant offset, or factor, between measurements and a model that is not refitted."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import stdtr
@@ -13,7 +13,7 @@ from ...estimation.search.importance import LEAST_SHARE, error_share
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace
-from ...loads import LOAD_NAMES
+from ...loads import LOAD_NAMES, FloatArray
 from .verdict import STRUCTURE_LEVEL
 
 
@@ -28,6 +28,9 @@ class LevelOffset:
     #: Two-sided, of Student's t with the tests that are left to show the scatter between them.
     p_value: float = 1.0
     floor: float = 0.0  #: Noise floor of one average.
+    #: By which measurements are larger than the model everywhere, and its standard error, where tests prefer it to an offset.
+    factor: tuple[float, float] | None = None
+    left: FloatArray = field(default_factory=lambda: np.zeros(1))  #: What it is in the bins, shape (m,).
 
     @property
     def off(self) -> bool:
@@ -36,36 +39,50 @@ class LevelOffset:
 
     def entry(self, campaign: BinnedTests) -> StructurePlace:
         """Return the offset as structure that is left: over the whole tested range, driven by no load."""
+        shape = (
+            f"constant offset {self.value:+.4f}" if self.factor is None else f"factor {self.factor[0]:.3g}"
+        )
         return {
             "variables": [],
             "region": campaign.ranges(LOAD_NAMES),
-            "shape": f"constant offset {self.value:+.4f}",
+            "shape": shape,
             "share": error_share(self.value, self.floor),
         }
 
     def text(self, model: str) -> str:
         """Return a sentence about it."""
+        if self.factor is not None:
+            factor, error = self.factor
+            return (
+                f"measured friction is {factor:.3g} +- {error:.2g} times that of {model} everywhere: a factor and no effect of a load; fit the model "
+                "anew, or check the gain of the force"
+            )
         side = "below" if self.value > 0 else "above"
         return (
             f"{model} lies at least {abs(self.value):.4f} +- {self.error:.4f} {side} the measurements everywhere: a level and no "
-            "effect of a load; fit the model's level, or check the zero of the force"
+            "effect of a load; fit the model's level, or check zero and gain of the force"
         )
 
 
-def level_of(found: SearchRound, chosen: Sequence[Fit]) -> LevelOffset:
+def level_of(found: SearchRound, chosen: Sequence[Fit], scaled: bool = False) -> LevelOffset:
     """Return the level beside a fixed model, with the effects found and their amplitudes fitted at the same time.
 
-    The first column of the base is the constant.
+    The first column of the base is the constant; where the model is `scaled`, what it predicts is the second one, and takes its place.
     """
     if not found.floor.known:
         return LevelOffset(floor=found.floor.total)
-    columns = found.columns_with(chosen)
+    columns = found.columns_with(chosen)[:, int(scaled) :]
     white = found.whiten(columns)
     inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
     fitted = inverse @ (white.T @ found.whiten(found.y))
+    error = float(np.sqrt(inverse[0, 0]))
     # where an effect is zero is a matter of its formula: the level is what remains wherever it is least
     everywhere = columns @ fitted
     value = float(np.clip(0.0, everywhere.min(), everywhere.max()))
-    error = float(np.sqrt(inverse[0, 0]))
-    p = float(2.0 * stdtr(found.freedom.between, -abs(value) / max(error, 1e-300)))
-    return LevelOffset(value, error, p, found.floor.total)
+    left, size = np.full(len(columns), value), value
+    if scaled:
+        left, size = columns[:, 0] * fitted[0], float(fitted[0])
+        value = float(np.mean(left))
+    p = float(2.0 * stdtr(found.freedom.between, -abs(size) / max(error, 1e-300)))
+    factor = (1.0 + size, error) if scaled else None
+    return LevelOffset(value, error, p, found.floor.total, factor, left)

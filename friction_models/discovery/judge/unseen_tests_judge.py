@@ -18,7 +18,7 @@ from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
 from .naming.names import CLEAR, Names, falls
 from .naming.other_laws import OtherLaws
-from .naming.own_constants import OwnConstants
+from .naming.own_form import OwnForm
 from .naming.products import Products
 from .naming.rivals import Further, Rivals, told
 from .naming.straight_fits import StraightFits
@@ -55,7 +55,7 @@ class UnseenTestsJudge:
         self.names = Names(unseen, found, self.straight, self.beside, further)
         self.two_loads = TwoLoads(self.names)
         self.products = Products(unseen, self.straight)
-        self.own_constants = OwnConstants(unseen)
+        self.own_form = OwnForm(unseen)
         self.other_laws = OtherLaws(campaign, unseen, self.straight, self.two_loads, self.products)
 
     def __call__(
@@ -117,7 +117,7 @@ class UnseenTestsJudge:
             tuple(behind),
             self.two_loads.as_good(kept),
             self.products.as_good(kept),
-            self.own_constants.do_as_well(kept),
+            self.own_form.does_as_well(kept),
             self._little(kept),
             repeats,
             sharper=self.other_laws.sharper(kept),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,10 @@ from ...common import InputError
 from ...loads import FloatArray
 from ...models.base import FrictionModel
 from ...models.measures import ALLOWED, predict_points
-from ...models.tangent import MeasuredPoints
+from ...models.tangent import Beside, MeasuredPoints
 from ..campaign.binned_tests import BinnedTests
 from .candidates import evaluate_points
+from .fixed_level import is_scaled
 
 
 @dataclass
@@ -27,10 +27,12 @@ class BaseLaw:
     columns: FloatArray
     offset: FloatArray  #: Part of mu that is not refitted: predictions of a fixed base. Shape (n,).
     fixed: bool = False  #: Whether the model is taken as it is (an FMU, a constant of given value).
+    scaled: bool = (
+        False  #: Whether a model that is taken as it is may be scaled: its last column is what it predicts.
+    )
     effects: tuple[str, ...] = ()  #: Effects that the model holds already.
     model: Any = field(default=None, repr=False)  #: The model given, for the domain and for a later refit.
-    #: What other values of its constants would do, which no fit changes, by parameter; each of shape (n,).
-    constants: Mapping[str, FloatArray] = field(default_factory=dict)
+    beside: tuple[Beside, ...] = ()  #: What the model could do, though no fit of it does.
 
 
 def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
@@ -52,10 +54,22 @@ def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
         )
         found = model.tangent(points)
         name = model.name.replace(" + ", "+")
-        return BaseLaw(name, found.columns, found.offset, found.fixed, found.effects, model, found.constants)
+        return _with_level(
+            BaseLaw(
+                name, found.columns, found.offset, found.fixed, False, found.effects, model, found.beside
+            ),
+            campaign,
+        )
     if isinstance(model, type) or not hasattr(model, "predict"):
         raise InputError(f"model {model!r:.80}: allowed is a family name, a model, or {ALLOWED}")
     offset = predict_points(f"model {model!r:.80}", model, campaign.loads, campaign.loads.tests_table())
     file = getattr(model, "path", None)  # an FMU, an ONNX file
     name = file.name if isinstance(file, Path) else str(getattr(model, "family", type(model).__name__))
-    return BaseLaw(name, np.ones((len(offset), 1)), offset, fixed=True, model=model)
+    return _with_level(BaseLaw(name, np.ones((len(offset), 1)), offset, fixed=True, model=model), campaign)
+
+
+def _with_level(law: BaseLaw, campaign: BinnedTests) -> BaseLaw:
+    """Return a law that, where it is taken as it is and is off by a factor, may be scaled and not only shifted."""
+    if law.fixed and is_scaled(law.offset, campaign.mu, campaign.point_test):
+        law.columns, law.scaled = np.column_stack([law.columns, law.offset]), True
+    return law

@@ -171,3 +171,23 @@ def test_columns_of_the_map_never_touch() -> None:
         rows = [line.split() for line in lines[first + 2 : first + 9]]
         assert len(rows[0]) in {6, 12}
         assert all(np.isfinite([float(x) for x in row]).all() for row in rows)  # no two numbers in one word
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.25, "factor 1.25"), (1.0, "")])
+def test_a_law_that_is_off_by_a_factor_is_told_so(factor: float, told: str) -> None:
+    """The force of a cell that reads a quarter too much: no effect of a load, though what is left falls where friction falls."""
+
+    def law(loads: np.ndarray) -> np.ndarray:
+        return np.asarray(0.12 * np.exp(-loads[:, 1] / 300.0) - 1e-5 * (loads[:, 2] - 1500.0))
+
+    data = made(3)
+    noise = data["mu"] - LEVEL
+    mu = factor * (law(data[list(LOAD_NAMES)].to_numpy()) + noise)
+    found = diagnose(data.assign(mu=mu), model=AsItIs(law))
+    if told:
+        assert found.verdict == "unknown_structure" and not found.effects
+        assert "off by the same factor everywhere" in found.sentence
+        factors = [float(w.split()[3]) for w in found.warnings if w.startswith("measured friction is")]
+        assert factors == [pytest.approx(factor, abs=0.04)]
+    else:
+        assert found.verdict == "nothing_missing", found.sentence

@@ -1,0 +1,42 @@
+"""What a model that is taken as it is may be off by as a whole: a shift, or a factor, as where the force was read with a wrong gain."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ...loads import FloatArray
+
+#: Standard errors over the tests by which tests left out must prefer a factor to a shift.
+CERTAIN = 1.0
+#: Fewest tests of which some can be left out.
+LEAST_TESTS = 8
+
+
+def is_scaled(predicted: FloatArray, mu: FloatArray, point_test: npt.NDArray[np.intp]) -> bool:
+    """Return whether tests that are left out prefer a factor on predictions to a shift of them.
+
+    `predicted` and `mu` have the shape (n,), and `point_test` is the test of each point.
+
+    Examples
+    --------
+    >>> predicted, test = np.array([0.06, 0.08, 0.1, 0.12] * 3), np.arange(12)
+    >>> is_scaled(predicted, 1.25 * predicted + 1e-4 * (-1.0) ** test, test)
+    True
+    >>> is_scaled(predicted, predicted + 0.02 + 1e-4 * (-1.0) ** test, test)
+    False
+    """
+    count = np.bincount(point_test)
+    law, measured = (np.bincount(point_test, values) / count for values in (predicted, mu))
+    if len(count) < LEAST_TESTS:
+        return False
+    gain = _left_out(np.ones_like(law), measured - law) - _left_out(law, measured - law)
+    error = float(np.std(gain, ddof=1)) / len(gain) ** 0.5
+    return float(np.mean(gain)) > CERTAIN * max(error, 1e-300)
+
+
+def _left_out(column: FloatArray, left: FloatArray) -> FloatArray:
+    """Return the squared error of each test by the multiple of a column that the others choose, shape (tests,)."""
+    products, squares = column * left, column**2
+    coefficient = (products.sum() - products) / np.maximum(squares.sum() - squares, 1e-300)
+    return np.asarray((left - coefficient * column) ** 2)
