@@ -9,6 +9,8 @@ from ...loads import FloatArray
 
 #: Standard errors over the tests by which tests left out must prefer a factor to a shift.
 CERTAIN = 1.0
+#: Predictions that differ by less than this share are the same everywhere: a factor on them is a shift.
+SAME = 1e-6
 #: Fewest tests of which some can be left out.
 LEAST_TESTS = 8
 
@@ -28,7 +30,7 @@ def is_scaled(predicted: FloatArray, mu: FloatArray, point_test: npt.NDArray[np.
     """
     count = np.bincount(point_test)
     law, measured = (np.bincount(point_test, values) / count for values in (predicted, mu))
-    if len(count) < LEAST_TESTS:
+    if len(count) < LEAST_TESTS or np.ptp(law) <= SAME * float(np.max(np.abs(law))):
         return False
     gain = _left_out(np.ones_like(law), measured - law) - _left_out(law, measured - law)
     error = float(np.std(gain, ddof=1)) / len(gain) ** 0.5
