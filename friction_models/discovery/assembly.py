@@ -226,7 +226,7 @@ class _Assembly:
             *limits(campaign, self.base, self.evidence),
             *self.judged.notes,
             *doubted,
-            *held(self.how_sure),
+            *(held(self.how_sure) if self.how_sure.value <= most else []),
             *same_columns(campaign, self.effects, [f.effect for f in found.ranking]),
             *self.causes.warnings(),
             *uncertain_drivers(self.whole[0], self.fitted.terms),

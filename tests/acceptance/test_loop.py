@@ -263,6 +263,7 @@ def test_the_report_of_a_model_that_lacks_nothing(demo: Demo, tmp_path: Path) ->
     assert "lacks nothing" in write_report(tmp_path).read_text(encoding="utf-8")
 
 
+@pytest.mark.nightly
 def test_a_second_run_reuses_everything(demo: Demo) -> None:
     kept: list[str] = []
     again = Demo(demo.out, demo.scenario, jobs=1, display=Watch(kept))

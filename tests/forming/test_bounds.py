@@ -42,6 +42,7 @@ def test_the_bound_of_a_disc_is_the_power_of_even_stretching():
     assert bounds.disc(D, h, m) == pytest.approx(0.25 * math.pi * D * D + faces, rel=1e-6)
 
 
+@pytest.mark.nightly
 def test_forces_beyond_a_bound_are_found(monkeypatch):
     """Discs lie in the upper half between their bounds; a tenth more or less flow stress leaves them."""
     monkeypatch.setattr(bounds, "DISCS", bounds.DISCS[:1])

@@ -87,6 +87,7 @@ def answer_of(made: Callable[[int], tuple[pd.DataFrame, pd.DataFrame]], seed: in
     return diagnose(*made(seed))
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
 def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range, wrong: int) -> None:
     answers = [answer_of(one_operator, seed) for seed in seeds]

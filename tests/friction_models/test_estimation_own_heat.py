@@ -71,6 +71,7 @@ def test_scatter_that_heats_its_own_test_is_no_effect() -> None:
     assert sum(a.verdict != "nothing_missing" for a in answers) <= 1
 
 
+@pytest.mark.nightly
 def test_an_effect_of_temperature_is_still_found() -> None:
     found = 0
     for seed in range(3):

@@ -63,9 +63,10 @@ class BinnedBias(TypedDict):
 
 
 class TestGroups(TypedDict):
-    """Two groups of tests whose levels lie ``gap`` apart: the names in the higher one, the number of the others."""
+    """Groups of tests whose levels lie apart: the names above the widest ``gap`` between them, the number of the others."""
 
     note: str
+    groups: NotRequired[int]  #: How many; not in files of before, when there were two.
     gap: float
     group: list[str]
     others: int

@@ -22,7 +22,7 @@ from .summaries import unrecorded_factor
 class OtherCauses:
     """Causes beside those of the catalogue, as the tests show them."""
 
-    factor: TestGroups | None  #: Two groups of tests that differ by what is left.
+    factor: TestGroups | None  #: Groups of tests that differ by what is left.
     in_order: Sequence[str]  #: What changes with the order of the tests, in words.
     lone_levels: Sequence[str]  #: Levels of a load at which few tests lie far off, in words.
     on_one: Mapping[str, str]  #: The test on which a name rests, by name.

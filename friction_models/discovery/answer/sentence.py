@@ -34,7 +34,7 @@ class Sentence:
     confidence: float
     campaign: BinnedTests
     where: Sequence[StructurePlace] = ()  #: The structure that is left.
-    factor: TestGroups | None = None  #: Two groups of tests.
+    factor: TestGroups | None = None  #: Groups of tests.
     close: float | None = (
         None  #: Error on unseen tests as a share of mu, where it is below what can be measured.
     )
@@ -121,10 +121,11 @@ class Sentence:
                 short = "hardly show the scatter between tests: 10 would be better"
             return f"{seen}, but {some} {short} (confidence {confidence_text(self.confidence)})."
         if self.factor is not None:
-            group = self.factor["group"]
+            group, several = self.factor["group"], self.factor.get("groups", 2) > 2
+            one, few = ("higher ones", "several groups up to") if several else ("higher one", "two groups")
             return (
-                f"no effect in the catalogue can be seen to be missing from {self._model}, but the tests fall into two groups "
-                f"{self.factor['gap']:.4f} apart ({len(group)} and {self.factor['others']} tests; the higher one: {first_names(group)}): a "
+                f"no effect in the catalogue can be seen to be missing from {self._model}, but the tests fall into {few} "
+                f"{self.factor['gap']:.4f} apart ({len(group)} and {self.factor['others']} tests; the {one}: {first_names(group)}): a "
                 f"factor that is not recorded may set them apart {self._sure()}."
             )
         if self.confidence <= 0.5:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from scipy.special import stdtrit
 
+from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.settings import AS_SET
 from ...estimation.fit.parameters import FittedTerm
@@ -17,8 +18,17 @@ from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES, FloatArray
 from .findings import BinnedBias, TestGroups, WorstTest
 
+if TYPE_CHECKING:
+    from sklearn.mixture import GaussianMixture
+
 BIAS_BINS = 6
 WORST = 10
+#: Groups of tests are looked for in so many tests at least; most groups, by how much they must describe the tests better, and the least share of the tests
+#: in each.
+LEAST_TESTS, MOST_GROUPS, CLEARLY, LEAST_SHARE = 20, 4, 10.0, 0.1
+#: Spreads of a group by which more than two of them lie apart.
+APART = 4.0
+NUMBERS = ("one", "two", "three", "four")
 
 
 def base_residual(campaign: BinnedTests, found: SearchRound) -> FloatArray:
@@ -136,45 +146,47 @@ def binned_bias(
 
 
 def unrecorded_factor(campaign: BinnedTests, residual: FloatArray) -> TestGroups | None:
-    """Return two groups of test offsets when one normal distribution does not describe them.
+    """Return groups of test offsets when one normal distribution does not describe them.
 
-    One normal distribution is compared with a mixture of two by their likelihoods; the mixture must win by
-    far (Bayes information criterion by 10) and both groups must hold at least a tenth of the tests.
+    One normal distribution is compared with mixtures of two to `MOST_GROUPS` of the same spread; a mixture must win by far (Bayes
+    information criterion by `CLEARLY`), and each group hold at least a tenth of the tests.
     """
     tests = len(campaign.tests)
-    if tests < 20:
-        return None
     offsets = campaign.of_tests(residual)
-    variance = float(np.var(offsets))
-    if variance <= 0.0:
+    if tests < LEAST_TESTS or len(np.unique(offsets)) <= MOST_GROUPS:
         return None
-    one = -0.5 * tests * (np.log(variance) + 1.0)  # both without -tests/2 log(2 pi)
-    best, groups, centres = -np.inf, np.zeros(tests), (0.0, 0.0)
-    for start in (0.15, 0.3, 0.5, 0.7, 0.85):
-        cut = np.quantile(offsets, start)
-        if not (offsets > cut).any():  # so many offsets are the same that none lies above
-            continue
-        share, low, high = start, offsets[offsets <= cut].mean(), offsets[offsets > cut].mean()
-        spread = max(np.std(offsets) / 2.0, 1e-12)
-        for _ in range(60):
-            a = share * np.exp(-0.5 * ((offsets - low) / spread) ** 2) + 1e-300
-            b = (1 - share) * np.exp(-0.5 * ((offsets - high) / spread) ** 2) + 1e-300
-            first = a / (a + b)
-            share = float(np.clip(first.mean(), 1e-3, 1 - 1e-3))
-            low, high = (first @ offsets) / first.sum(), ((1 - first) @ offsets) / (1 - first).sum()
-            square = first @ (offsets - low) ** 2 + (1 - first) @ (offsets - high) ** 2
-            spread = max(float(np.sqrt(square / tests)), 1e-3 * float(np.std(offsets)))
-        likelihood = float(np.sum(np.log((a + b) / spread)))
-        if likelihood > best:
-            best, groups, centres = likelihood, 1.0 - first, (float(low), float(high))
-    advantage = 2.0 * (best - one) - 2.0 * np.log(tests)
-    high_group = [campaign.tests[k] for k in np.flatnonzero(groups > 0.5)]
-    if advantage < 10.0 or not 0.1 * tests <= len(high_group) <= 0.9 * tests:
+    values = ((offsets - offsets.mean()) / offsets.std())[:, None]
+    mixtures = [_mixture(values, k) for k in range(1, MOST_GROUPS + 1)]
+    worth = [mixtures[0].bic(values) - m.bic(values) if _lie_apart(m) else 0.0 for m in mixtures]
+    best = int(np.argmax(worth))
+    centres = np.sort(mixtures[best].means_[:, 0])
+    members = np.argmin(np.abs(values - centres), axis=1)
+    if worth[best] < CLEARLY or np.bincount(members, minlength=best + 1).min() < LEAST_SHARE * tests:
         return None
-    gap = centres[1] - centres[0]
+    levels = [float(offsets[members == k].mean()) for k in range(best + 1)]
+    gaps = np.diff(levels)
+    widest = int(np.argmax(gaps))
+    high = [campaign.tests[k] for k in np.flatnonzero(members > widest)]
+    apart = listed(f"{gap:.4f}" for gap in gaps)
     return {
-        "note": f"test offsets fall into two groups {gap:.4f} apart; look for a factor that is not recorded",
-        "gap": gap,
-        "group": high_group,
-        "others": tests - len(high_group),
+        "note": f"test offsets fall into {NUMBERS[best]} groups {apart} apart; look for a factor that is not recorded",
+        "groups": best + 1,
+        "gap": float(gaps[widest]),
+        "group": high,
+        "others": tests - len(high),
     }
+
+
+def _lie_apart(mixture: GaussianMixture) -> bool:
+    """Return whether each of more than two groups lies far from the others: several of one spread follow any even scatter."""
+    centres = np.sort(mixture.means_[:, 0])
+    return (
+        len(centres) < 3 or float(np.diff(centres).min()) > APART * float(mixture.covariances_[0, 0]) ** 0.5
+    )
+
+
+def _mixture(values: FloatArray, groups: int) -> GaussianMixture:
+    """Return a mixture of normal distributions of one spread that describes values, shape (n, 1)."""
+    from sklearn.mixture import GaussianMixture
+
+    return GaussianMixture(groups, covariance_type="tied", n_init=5, random_state=0).fit(values)

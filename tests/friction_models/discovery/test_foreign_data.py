@@ -278,3 +278,23 @@ def test_the_noise_of_its_sensor_does_not_vary_a_speed() -> None:
     assert within_share(prepare(data), "v_rel") < WITHIN
     stepped = data.assign(v_rel=data["v_rel"] * np.where(data["t"] > 10.0, 1.3, 1.0))
     assert within_share(prepare(stepped), "v_rel") > 5.0 * WITHIN
+
+
+def test_three_groups_of_tests_are_in_the_sentence() -> None:
+    """Three batches that nobody recorded: each hides the others from a search for two."""
+    points, tests, _ = campaign(None, seed=22, thin=30, extra=0)
+    level = dict(zip(tests["test_id"], np.random.default_rng(1).permutation(81) % 3, strict=True))
+    found = diagnose(points.assign(mu=points["mu"] + 0.025 * points["test_id"].map(level)))
+    assert found.unrecorded_factor is not None and found.unrecorded_factor["groups"] == 3
+    assert found.confidence <= 0.5 and "the tests fall into several groups up to 0.02" in found.sentence
+
+
+@pytest.mark.parametrize("draw", ["normal", "skewed"])
+def test_hardly_any_scatter_falls_into_groups(draw: str) -> None:
+    rng = np.random.default_rng(5)
+    campaign = prepare(measured(rng, tests=40, points=4))
+    told = 0
+    for _ in range(60):
+        offsets = rng.normal(size=40) if draw == "normal" else rng.gumbel(size=40)
+        told += unrecorded_factor(campaign, 0.003 * offsets[campaign.test]) is not None
+    assert told <= 2

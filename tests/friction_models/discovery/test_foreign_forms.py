@@ -186,6 +186,7 @@ def in_random_plan(seed: int, law: Callable[[Array, Array, Array], Array], scatt
     return pd.concat(tests, ignore_index=True)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_wave_in_pressure_is_not_noise(seed: int) -> None:
     """It turns four times over the tested pressures: curves that bend less often do not see it."""

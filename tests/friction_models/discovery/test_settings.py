@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from friction_models import LinearFriction
 from friction_models.discovery import diagnose
@@ -72,6 +73,7 @@ def test_folds_stay_when_readings_are_missing() -> None:
     assert [of[name] for name in part.tests] == law[1].tolist()
 
 
+@pytest.mark.nightly
 def test_what_the_readings_of_a_setting_share_is_no_law() -> None:
     """Each setting has an offset of its own, as tests of another day have: no effect, and no structure for certain."""
     found = [diagnose(readings(seed)) for seed in range(3)]

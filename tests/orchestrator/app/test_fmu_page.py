@@ -38,6 +38,7 @@ def project(example: Project, monkeypatch: pytest.MonkeyPatch) -> Project:
     return example
 
 
+@pytest.mark.nightly
 def test_the_options_of_pack_follow_the_fields(project: Project) -> None:
     lines = []
     wanted = "--fmi 3.0 --nodes 4 --interval -o fmus/linear-fmi3-4-interval.fmu"

@@ -54,9 +54,8 @@ def system(friction: Path, forming: Path, T_billet: float) -> System:
     )
 
 
-@pytest.mark.parametrize(
-    ("target", "isolate"), [pytest.param("python", True, marks=pytest.mark.nightly), ("process", False)]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize(("target", "isolate"), [("python", True), ("process", False)])
 def test_a_run_ends_with_what_the_solver_has_to_say(
     friction: Path, tmp_path: Path, target: str, isolate: bool
 ) -> None:

@@ -77,6 +77,7 @@ def test_the_slider_shows_the_loads_of_the_runs_along_the_surface(place: Path) -
     assert "How far the loads at the contact points may be off" in text and "against the press" in text
 
 
+@pytest.mark.nightly
 def test_several_levels_are_sections_of_one_page(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:  # fmt: skip
     command = [
         "compare",
