@@ -261,6 +261,7 @@ class _Assembly:
             confidence=self.sure,
             campaign=self.campaign,
             where=self.where,
+            by_factor=self.level.factor is not None,
             factor=self.causes.factor,
             close=close,
             unread=self.unread,

@@ -63,6 +63,7 @@ class Tangent:
     fixed: bool = False
     #: Effects that the model holds already.
     effects: tuple[str, ...] = ()
+    #: What the model could do as well.
     beside: tuple[Beside, ...] = ()
 
 

@@ -34,6 +34,7 @@ class Sentence:
     confidence: float
     campaign: BinnedTests
     where: Sequence[StructurePlace] = ()  #: The structure that is left.
+    by_factor: bool = False  #: Whether the model is off by a factor where it is off everywhere.
     factor: TestGroups | None = None  #: Groups of tests.
     close: float | None = (
         None  #: Error on unseen tests as a share of mu, where it is below what can be measured.
@@ -98,7 +99,7 @@ class Sentence:
 
     def _unknown_structure(self) -> str:
         if self.where and not _along(self.where):
-            what = "factor" if self.where[0]["shape"].startswith("factor") else "amount"
+            what = "factor" if self.by_factor else "amount"
             return (
                 f"{self._model} is off by the same {what} everywhere ({self.where[0]['shape']}), which no effect of a load explains "
                 f"{self._sure()}."

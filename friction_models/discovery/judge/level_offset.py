@@ -28,8 +28,9 @@ class LevelOffset:
     #: Two-sided, of Student's t with the tests that are left to show the scatter between them.
     p_value: float = 1.0
     floor: float = 0.0  #: Noise floor of one average.
-    #: By which measurements are larger than the model everywhere, and its standard error, where tests prefer it to an offset.
-    factor: tuple[float, float] | None = None
+    factor: float | None = (
+        None  #: Measured over modelled mu, where tests prefer it to an offset; `error` then is its own.
+    )
     left: FloatArray = field(default_factory=lambda: np.zeros(1))  #: What it is in the bins, shape (m,).
 
     @property
@@ -39,9 +40,7 @@ class LevelOffset:
 
     def entry(self, campaign: BinnedTests) -> StructurePlace:
         """Return the offset as structure that is left: over the whole tested range, driven by no load."""
-        shape = (
-            f"constant offset {self.value:+.4f}" if self.factor is None else f"factor {self.factor[0]:.3g}"
-        )
+        shape = f"constant offset {self.value:+.4f}" if self.factor is None else f"factor {self.factor:.3g}"
         return {
             "variables": [],
             "region": campaign.ranges(LOAD_NAMES),
@@ -52,9 +51,8 @@ class LevelOffset:
     def text(self, model: str) -> str:
         """Return a sentence about it."""
         if self.factor is not None:
-            factor, error = self.factor
             return (
-                f"measured friction is {factor:.3g} +- {error:.2g} times that of {model} everywhere: a factor and no effect of a load; fit the model "
+                f"measured friction is {self.factor:.3g} +- {self.error:.2g} times that of {model} everywhere: a factor and no effect of a load; fit the model "
                 "anew, or check the gain of the force"
             )
         side = "below" if self.value > 0 else "above"
@@ -76,13 +74,14 @@ def level_of(found: SearchRound, chosen: Sequence[Fit], scaled: bool = False) ->
     inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
     fitted = inverse @ (white.T @ found.whiten(found.y))
     error = float(np.sqrt(inverse[0, 0]))
-    # where an effect is zero is a matter of its formula: the level is what remains wherever it is least
-    everywhere = columns @ fitted
-    value = float(np.clip(0.0, everywhere.min(), everywhere.max()))
-    left, size = np.full(len(columns), value), value
     if scaled:
-        left, size = columns[:, 0] * fitted[0], float(fitted[0])
-        value = float(np.mean(left))
+        size = float(fitted[0])
+        left = columns[:, 0] * size
+        value, factor = float(np.mean(left)), 1.0 + size
+    else:
+        # where an effect is zero is a matter of its formula: the level is what remains wherever it is least
+        everywhere = columns @ fitted
+        value = size = float(np.clip(0.0, everywhere.min(), everywhere.max()))
+        left, factor = np.full(len(columns), value), None
     p = float(2.0 * stdtr(found.freedom.between, -abs(size) / max(error, 1e-300)))
-    factor = (1.0 + size, error) if scaled else None
     return LevelOffset(value, error, p, found.floor.total, factor, left)

@@ -255,6 +255,6 @@ def _beside(campaign: BinnedTests, law: BaseLaw, effects: Sequence[Effect], unse
 
 def _part(campaign: BinnedTests, law: BaseLaw, rows: Mask) -> tuple[BinnedTests, BaseLaw]:
     """Return the points of some tests, and the law there."""
-    return part_of(campaign, rows), BaseLaw(
-        law.name, law.columns[rows], law.offset[rows], law.fixed, law.scaled, law.effects, law.model
+    return part_of(campaign, rows), replace(
+        law, columns=law.columns[rows], offset=law.offset[rows], beside=()
     )

@@ -36,7 +36,7 @@ MAYBE, CONFIRMED = 0.2, 1.7
 #: What leaves less than this share of the squared error on unseen tests need not be as significant.
 MOST = 0.5
 #: One of several names that takes less than this share of the squared error of the model may only mend the form of the others.
-LITTLE = 0.03
+LITTLE_BESIDE = 0.03
 #: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
 #: verdict to say so.
 BEYOND_REPEATS = 0.25
@@ -268,7 +268,7 @@ class UnseenTestsJudge:
             return ()
         whole, base = self.unseen.errors(effects_of(kept)).rms ** 2, self.beside.without_names.rms**2
         without = {f.name: self.unseen.errors(effects_of([o for o in kept if o is not f])) for f in kept}
-        return tuple(name for name, errors in without.items() if errors.rms**2 - whole < LITTLE * base)
+        return tuple(name for name, errors in without.items() if errors.rms**2 - whole < LITTLE_BESIDE * base)
 
     def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""

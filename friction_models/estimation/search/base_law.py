@@ -27,9 +27,7 @@ class BaseLaw:
     columns: FloatArray
     offset: FloatArray  #: Part of mu that is not refitted: predictions of a fixed base. Shape (n,).
     fixed: bool = False  #: Whether the model is taken as it is (an FMU, a constant of given value).
-    scaled: bool = (
-        False  #: Whether a model that is taken as it is may be scaled: its last column is what it predicts.
-    )
+    scaled: bool = False  #: Whether such a model may be scaled: its last column is what it predicts.
     effects: tuple[str, ...] = ()  #: Effects that the model holds already.
     model: Any = field(default=None, repr=False)  #: The model given, for the domain and for a later refit.
     beside: tuple[Beside, ...] = ()  #: What the model could do, though no fit of it does.
@@ -54,12 +52,16 @@ def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
         )
         found = model.tangent(points)
         name = model.name.replace(" + ", "+")
-        return _with_level(
-            BaseLaw(
-                name, found.columns, found.offset, found.fixed, False, found.effects, model, found.beside
-            ),
-            campaign,
+        law = BaseLaw(
+            name,
+            found.columns,
+            found.offset,
+            fixed=found.fixed,
+            effects=found.effects,
+            model=model,
+            beside=found.beside,
         )
+        return _with_level(law, campaign)
     if isinstance(model, type) or not hasattr(model, "predict"):
         raise InputError(f"model {model!r:.80}: allowed is a family name, a model, or {ALLOWED}")
     offset = predict_points(f"model {model!r:.80}", model, campaign.loads, campaign.loads.tests_table())
@@ -70,6 +72,6 @@ def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
 
 def _with_level(law: BaseLaw, campaign: BinnedTests) -> BaseLaw:
     """Return a law that, where it is taken as it is and is off by a factor, may be scaled and not only shifted."""
-    if law.fixed and is_scaled(law.offset, campaign.mu, campaign.point_test):
+    if law.fixed and is_scaled(*(campaign.of_tests(campaign.average(v)) for v in (law.offset, campaign.mu))):
         law.columns, law.scaled = np.column_stack([law.columns, law.offset]), True
     return law

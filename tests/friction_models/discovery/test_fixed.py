@@ -173,8 +173,8 @@ def test_columns_of_the_map_never_touch() -> None:
         assert all(np.isfinite([float(x) for x in row]).all() for row in rows)  # no two numbers in one word
 
 
-@pytest.mark.parametrize(("factor", "told"), [(1.25, "factor 1.25"), (1.0, "")])
-def test_a_law_that_is_off_by_a_factor_is_told_so(factor: float, told: str) -> None:
+@pytest.mark.parametrize("factor", [1.25, 1.0])
+def test_a_law_that_is_off_by_a_factor_is_told_so(factor: float) -> None:
     """The force of a cell that reads a quarter too much: no effect of a load, though what is left falls where friction falls."""
 
     def law(loads: np.ndarray) -> np.ndarray:
@@ -184,7 +184,7 @@ def test_a_law_that_is_off_by_a_factor_is_told_so(factor: float, told: str) -> N
     noise = data["mu"] - LEVEL
     mu = factor * (law(data[list(LOAD_NAMES)].to_numpy()) + noise)
     found = diagnose(data.assign(mu=mu), model=AsItIs(law))
-    if told:
+    if factor != 1.0:
         assert found.verdict == "unknown_structure" and not found.effects
         assert "off by the same factor everywhere" in found.sentence
         factors = [float(w.split()[3]) for w in found.warnings if w.startswith("measured friction is")]

@@ -1,4 +1,4 @@
-"""A power law without the offsets that ours has lacks nothing but these: what is named then is not sure, and it is said why."""
+"""What a model could do itself, though no fit of it does (other offsets, a bend where trees have steps), is no sure effect, and it is said why."""
 
 from __future__ import annotations
 

@@ -37,5 +37,6 @@ class OwnForm:
     def _with(self, beside: Sequence[Beside]) -> UnseenTests:
         """Return the unseen tests of the model with that."""
         base = self.unseen.base
+        # without the model, its columns are fitted: no fit of the model itself does what is beside them
         law = BaseLaw(base.name, np.column_stack([base.columns, *(b.column for b in beside)]), base.offset)
         return UnseenTests(self.unseen.campaign, law, self.unseen.seed)
