@@ -16,6 +16,10 @@ from ..formulas.offers import FormulaOffer
 from ..further_tests.next_tests import NextTest
 from ..judge.judged import alternatives
 
+#: What a reader of the ranking has to know.
+ORDER_OF_RANKING = "the largest stands first, but behind a simpler effect beyond which it shows nothing, or behind one whose load varies more"
+OTHERS_BY_CHANCE = "each is tried without the others and shares, if only by chance, in what the first one explains: a small p of a later one says little"
+
 
 class RankedEffect(TypedDict):
     """How much the data speak for an effect.

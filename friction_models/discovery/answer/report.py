@@ -18,7 +18,7 @@ from .figures_data import (
     structure_pair,
     where_text,
 )
-from .findings import Findings, ParameterValue
+from .findings import ORDER_OF_RANKING, OTHERS_BY_CHANCE, Findings, ParameterValue
 from .uncertain_loads import from_loads_text
 from .wording import (
     about_next_tests,
@@ -149,7 +149,8 @@ def _cell(value: float) -> str:
 def _evidence(d: Findings) -> list[str]:
     lines = [
         "Ranked evidence, each effect alone beside the model (gain: drop of the whitened squared error less 2 per parameter; p: family-wise)",
-        "(evidence: the gain where the form of the effect may be somewhat wrong; where it hardly differs, the simpler effect stands first)",
+        f"(evidence: the gain where the form of the effect may be somewhat wrong; {ORDER_OF_RANKING})",
+        f"({OTHERS_BY_CHANCE})",
         *(
             f"  {r['effect']:<22} evidence {r['evidence']:9.1f}   gain {r['gain']:9.1f}   p {p_text(r['p_value'])}"
             for r in d.ranking[:6]

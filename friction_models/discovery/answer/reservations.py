@@ -81,6 +81,12 @@ def reservations(
         "that, and no effect"
         for name, beside in confirmed.own_form.items()
     ]
+    if (explains := confirmed.own_form_explains) is not None:
+        beside = f"{explains.effect} and " if explains.effect else ""
+        said.append(
+            f"with {beside}{listed(explains.own)}, which no fit of the model does, it predicts unseen tests about as well as anything does: that may "
+            "be what is missing"
+        )
     said += [
         f"{first} and {second} each alone change mu much where the other does: the one may only mend the form of the other, which tests "
         "tell that change their loads apart from each other"

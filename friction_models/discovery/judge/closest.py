@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...estimation.search.scan import Fit
+from ...estimation.search.search_round import SearchRound
 from .confirmation import EXPLAINED
 from .error_budget import helps
 from .judged import Judged
@@ -24,18 +26,18 @@ class Closest:
     fault: bool  #: Whether it is a fault of the data.
 
     @property
-    def takes(self) -> float:
-        """Share of the squared error that is known to be avoidable."""
-        return (self.before**2 - self.after**2) / (self.before**2 - self.reachable**2)
-
-    @property
     def explains(self) -> bool:
         """Whether it leaves no more than a name that explains may."""
-        return self.takes >= 1.0 - EXPLAINED
+        return self.after**2 - self.reachable**2 <= EXPLAINED * (self.before**2 - self.reachable**2)
+
+
+def first_seen(found: SearchRound) -> list[Fit]:
+    """Return the `FIRST` significant effects of the ranking that are no fault of the data."""
+    return [f for f in found.ranking if f.effect.kind != "fault" and found.p_value(f) < LEVEL][:FIRST]
 
 
 def closest_of(judged: Judged) -> Closest | None:
-    """Return the effect of the column along which most is left, or the best of the `FIRST` of the ranking that are no fault of the data.
+    """Return the effect of the column along which most is left, or the best of `first_seen`.
 
     None where effects are named, nothing is missing, or it would not help.
     """
@@ -44,7 +46,7 @@ def closest_of(judged: Judged) -> Closest | None:
         return None
     along = [place["variables"] for place in judged.confirmed.where[:1]]
     of_column = [f for f in ranking if [*f.effect.metadata] in along][:1]
-    seen = [f for f in ranking if f.effect.kind != "fault" and judged.found.p_value(f) < LEVEL][:FIRST]
+    seen = first_seen(judged.found)
     before = unseen.errors()
     errors = {f.name: unseen.errors([f.effect]) for f in of_column or seen}
     fit = min(of_column or seen, key=lambda f: errors[f.name].rms, default=None)

@@ -153,7 +153,7 @@ def sureness(
     names, a name rest `on_one` test, or have an `other_cause` that does as well: a jump in the order, another law along the load. Of the
     catalogue `one_explains` what is missing, though it is not named.
     """
-    verdict = confirmed.verdict
+    verdict, own = confirmed.verdict, confirmed.own_form_explains
     nothing, named = verdict == "nothing_missing", verdict in NAMED
     sure = LIMITS[1] if confirmed.within_resolution else confidence(verdict, grounds)
     if off is not None and verdict == "unknown_structure":
@@ -174,11 +174,12 @@ def sureness(
         or (verdict == "unknown_structure" and off is None and confirmed.by_repeats),
         "the model knows the noise of these points": knows_noise,
         "a jump of the tests or another law along the load does as well": other_cause,
-        "the model itself could do as well": bool(confirmed.own_form),
+        "the model itself could do as well": bool(confirmed.own_form) or (own is not None and not own.effect),
         # as likely a law of pressure
         "no cell is off by as much": too_large and [f.name for f in confirmed.chosen] == [ZERO],
     }
     doubted = {
+        "one effect would explain what is missing, if the model had another form": own is not None,
         # of 59 such answers to some thousand made-up campaigns 43 were right
         "a load of what is named goes with another one in these tests": named
         and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from ...estimation.noise.repeats import Repeats
 from ...estimation.search.scan import Fit
@@ -19,6 +20,13 @@ EXPLAINED = 0.15
 NOT_THE_ANSWER = 0.4
 #: From so many standard errors on the reference predicts better than what is named, however little: its form is another one.
 ANOTHER_FORM = 2.5
+
+
+class OwnFormExplains(NamedTuple):
+    """What explains what is missing where nothing is named."""
+
+    own: tuple[str, ...]  #: What the model itself could do, though no fit of it does.
+    effect: str = ""  #: The effect that it takes beside; empty where none is needed.
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,8 @@ class Confirmation:
     products: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     #: Names in whose place the model itself does as well, and with what, though no fit of it does it.
     own_form: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    #: What the model itself could do to explain what is missing, where nothing is named; None where that is not enough.
+    own_form_explains: OwnFormExplains | None = None
     little: tuple[str, ...] = ()  #: Of several names those without which the error hardly rises.
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Names that cancel slopes of the model, but that unseen tests prefer to all plain bends along their load.

@@ -13,6 +13,7 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from .beside_reference import BesideReference, effects_of
+from .closest import first_seen
 from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
@@ -118,6 +119,9 @@ class UnseenTestsJudge:
             self.two_loads.as_good(kept),
             self.products.as_good(kept),
             self.own_form.does_as_well(kept),
+            self.own_form.explains(shares, first_seen(self.found))
+            if verdict == "unknown_structure"
+            else None,
             self._little(kept),
             repeats,
             sharper=self.other_laws.sharper(kept),

@@ -7,7 +7,14 @@ from typing import NotRequired, TypedDict
 from friction_models.common.markup import bullets, escape, paragraph, table
 from friction_models.common.wording import listed
 from friction_models.discovery.answer.figures_data import setpoints_text, where_text
-from friction_models.discovery.answer.findings import ErrorBudget, RankedEffect, TestGroups, WorstTest
+from friction_models.discovery.answer.findings import (
+    ORDER_OF_RANKING,
+    OTHERS_BY_CHANCE,
+    ErrorBudget,
+    RankedEffect,
+    TestGroups,
+    WorstTest,
+)
 from friction_models.discovery.answer.uncertain_loads import from_loads_text
 from friction_models.discovery.answer.wording import (
     about_next_tests,
@@ -136,8 +143,7 @@ def ranking_html(found: DiagnosisNumbers, threshold: float | None = None) -> str
         ),
         "Gain (whitened squares, less 2 for each parameter) of every effect that was tried, with its physical sign enforced, in the order of "
         "the evidence: that is the "
-        "gain where the form of the effect may be somewhat wrong, and where it hardly differs, the simpler effect stands first. "
-        f"{needed}{apart}",
+        f"gain where the form of the effect may be somewhat wrong; {ORDER_OF_RANKING}. P-values: {OTHERS_BY_CHANCE}. {needed}{apart}",
         "Ranking of effects by evidence.",
     )
     rows = [

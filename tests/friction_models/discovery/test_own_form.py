@@ -53,6 +53,38 @@ def test_a_model_without_such_constants_is_not_asked_for_them() -> None:
     assert not other_offsets(diagnose(powers(6), model="linear"))
 
 
+def limited(seed: int) -> pd.DataFrame:
+    """Return 30 tests of powers of pressure and speed whose shear stress tends to 9 MPa, so that mu falls faster than any power of ours."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(0.0, 1.0, 40)
+    frames = []
+    for k in range(30):
+        speed = 10.0 ** rng.uniform(0.7, 2.7)
+        pressure = rng.choice([20.0, 50.0, 100.0, 200.0, 350.0]) * (1.0 + 0.04 * np.sin(4.0 * x + k))
+        heat, sd = rng.choice([20.0, 50.0, 90.0, 130.0]) + 8.0 * x, rng.uniform(40.0, 200.0) * x
+        mu = 0.09 * ((pressure + 36.0) / 120.0) ** -0.18 * ((speed + 21.0) / 70.0) ** -0.08
+        stress = 9.0 * (1.0 - np.exp(-mu * pressure / 9.0))
+        mu = stress / pressure * np.exp(rng.normal(0.0, 0.02)) * (1.0 + rng.normal(0.0, 0.01, 40))
+        loads = {"v_rel": speed, "T": heat, "sigma_n": pressure, "sd": sd}
+        frames.append(pd.DataFrame({"test_id": f"t{k:02d}", **loads, "mu": mu}))
+    return pd.concat(frames)
+
+
+def test_something_missing_that_other_offsets_explain_is_not_sure() -> None:
+    """It was 0.88 sure that no effect of the catalogue fits; pressure saturation does, beside the offsets of the truth."""
+    found = diagnose(limited(4), model="power_law")
+    assert found.verdict == "unknown_structure" and found.confidence <= 0.5, found.sentence
+    assert any("another sigma_offset" in w and "no fit of the model does" in w for w in found.warnings)
+
+
+def test_something_missing_that_no_offset_explains_stays_sure() -> None:
+    data = powers(0)
+    data["mu"] += 0.02 * np.exp(-(((data["T"] - 105.0) / 22.0) ** 2))
+    found = diagnose(data, model="power_law")
+    assert found.verdict == "unknown_structure" and found.confidence > 0.75, found.sentence
+    assert not any("no fit of the model does" in w for w in found.warnings)
+
+
 @pytest.mark.parametrize("name", ["v_offset", "sigma_offset", "sd_offset"])
 def test_the_columns_are_those_of_small_changes_of_the_constants(name: str) -> None:
     """With exponents that are held, mu of another offset differs by the column times the exponent."""
