@@ -189,4 +189,6 @@ def _mixture(values: FloatArray, groups: int) -> GaussianMixture:
     """Return a mixture of normal distributions of one spread that describes values, shape (n, 1)."""
     from sklearn.mixture import GaussianMixture
 
-    return GaussianMixture(groups, covariance_type="tied", n_init=5, random_state=0).fit(values)
+    # one group needs no start
+    starts = 5 if groups > 1 else 1
+    return GaussianMixture(groups, covariance_type="tied", n_init=starts, random_state=0).fit(values)

@@ -231,8 +231,8 @@ class JointProblem:
             self.spans,
             self._rest,
             max_nfev=30,
-            xtol=1e-5,
-            ftol=1e-7,
+            xtol=1e-4,
+            ftol=3e-5,
         )
 
     def limits(self, k: int, shape: ShapeParameter) -> tuple[float, float]:
