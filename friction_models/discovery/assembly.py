@@ -196,6 +196,7 @@ class _Assembly:
             on_one=bool(self.causes.on_one),
             other_cause=self.causes.do_as_well,
             one_explains=self.closest is not None and self.closest.explains,
+            as_it_is=self.base.fixed and bool(np.ptp(self.base.offset) > 0.0),
         )
 
     @cached_property

@@ -40,6 +40,8 @@ MOST_IN_ANOTHER_FORM = 0.94
 MOST_WHERE_ONE_STANDS_OUT = 0.85
 #: An answer with a reason to doubt it is right in three of four cases, or less is known of it than that.
 MOST_DOUBTED = 0.75
+#: So many effects of the catalogue together draw nearly any curve.
+MANY = 3
 #: Less than this share of the squared error on unseen tests is little.
 LITTLE = 0.1
 #: Share of the points at which mu was clipped from which on nothing can be said to be missing: it would lie beyond the clip.
@@ -145,13 +147,14 @@ def sureness(
     on_one: bool,
     other_cause: bool,
     one_explains: bool,
+    as_it_is: bool,
 ) -> Sureness:
     """Return how sure a verdict is by its grounds; half as sure, or a little, where these data cannot show more.
 
     `off` is the p-value of the level of a model as it is, where that is wrong; the tests may be `grouped` by what was not recorded, in
     two groups or in the order of the runs, the model `knows_noise` of these points, tests that lie far off be `odd_kept`, an offset of the force be `unread` beside other
     names, a name rest `on_one` test, or have an `other_cause` that does as well: a jump in the order, another law along the load. Of the
-    catalogue `one_explains` what is missing, though it is not named.
+    catalogue `one_explains` what is missing, though it is not named. A law of the loads may be taken `as_it_is`, its form unknown.
     """
     verdict, own = confirmed.verdict, confirmed.own_form_explains
     nothing, named = verdict == "nothing_missing", verdict in NAMED
@@ -174,6 +177,12 @@ def sureness(
         or (verdict == "unknown_structure" and off is None and confirmed.by_repeats),
         "the model knows the noise of these points": knows_noise,
         "a jump of the tests or another law along the load does as well": other_cause,
+        # of five such answers to the campaigns of another author none was right
+        "three names or more draw whatever form a law that is not fitted may lack": as_it_is
+        and len(confirmed.chosen) >= MANY,
+        "nearly all of the error is that of the model's level": named
+        and off is not None
+        and takes_little(confirmed),
         "the model itself could do as well": bool(confirmed.own_form) or (own is not None and not own.effect),
         # as likely a law of pressure
         "no cell is off by as much": too_large and [f.name for f in confirmed.chosen] == [ZERO],

@@ -74,14 +74,12 @@ def level_of(found: SearchRound, chosen: Sequence[Fit], scaled: bool = False) ->
     inverse = np.linalg.pinv(white.T @ white, rcond=1e-12)
     fitted = inverse @ (white.T @ found.whiten(found.y))
     error = float(np.sqrt(inverse[0, 0]))
-    if scaled:
-        size = float(fitted[0])
-        left = columns[:, 0] * size
-        value, factor = float(np.mean(left)), 1.0 + size
-    else:
-        # where an effect is zero is a matter of its formula: the level is what remains wherever it is least
-        everywhere = columns @ fitted
-        value = size = float(np.clip(0.0, everywhere.min(), everywhere.max()))
-        left, factor = np.full(len(columns), value), None
+    # where an effect is zero is a matter of its formula: the level, or factor, is what remains wherever it is least
+    unit = columns[:, 0]
+    known = unit > 0.0
+    everywhere = (columns[known] @ fitted) / unit[known]
+    size = float(np.clip(0.0, everywhere.min(), everywhere.max()))
+    left = unit * size
     p = float(2.0 * stdtr(found.freedom.between, -abs(size) / max(error, 1e-300)))
-    return LevelOffset(value, error, p, found.floor.total, factor, left)
+    factor = 1.0 + size if scaled else None
+    return LevelOffset(float(np.mean(left)), error, p, found.floor.total, factor, left)

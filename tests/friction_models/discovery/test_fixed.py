@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +17,7 @@ from sklearn.linear_model import LinearRegression
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose
+from friction_models.discovery.judge.level_offset import level_of
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law
 from friction_models.loads import LOAD_NAMES
@@ -191,3 +194,20 @@ def test_a_law_that_is_off_by_a_factor_is_told_so(factor: float) -> None:
         assert factors == [pytest.approx(factor, abs=0.04)]
     else:
         assert found.verdict == "nothing_missing", found.sentence
+
+
+def test_names_that_could_stand_for_the_model_itself_leave_it_its_factor() -> None:
+    """An effect that runs nearly as the predictions do: the fit shares the factor out between both, by chance."""
+    rng = np.random.default_rng(0)
+    predicted = rng.uniform(0.06, 0.12, 60)
+    alike = predicted + 1e-4 * rng.standard_normal(60)
+    left = -0.25 * predicted + 1e-5 * rng.standard_normal(60) + 0.4 * (alike - predicted)
+    search: Any = SimpleNamespace(
+        floor=SimpleNamespace(known=True, total=1e-3),
+        columns_with=lambda chosen: np.column_stack([np.ones(60), predicted, alike]),
+        whiten=lambda values: 1e3 * values,
+        y=left,
+        freedom=SimpleNamespace(between=20.0),
+    )
+    level = level_of(search, [], scaled=True)
+    assert level.factor == pytest.approx(0.75, abs=0.01)
