@@ -77,8 +77,8 @@ def damp_days(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     return shifted(data, tests, 6e-4 * (tests["humidity"] - 50.0)), tests
 
 
-#: Seeds by day, and how many of the answers may be wrong; more of them at night.
-SEEDS = [(range(2), 0), pytest.param(range(5), 1, marks=pytest.mark.nightly)]
+#: Seeds of what is asked by night, of which one answer may be wrong.
+SEEDS = range(5)
 
 
 @cache
@@ -88,11 +88,10 @@ def answer_of(made: Callable[[int], tuple[pd.DataFrame, pd.DataFrame]], seed: in
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
-def test_one_of_three_operators_who_lies_above_the_others_is_named(seeds: range, wrong: int) -> None:
-    answers = [answer_of(one_operator, seed) for seed in seeds]
+def test_one_of_three_operators_who_lies_above_the_others_is_named() -> None:
+    answers = [answer_of(one_operator, seed) for seed in SEEDS]
     named = [a for a in answers if a.effects == ["factor:operator"]]
-    assert sum(a.verdict == "explained" for a in named) >= len(seeds) - wrong
+    assert sum(a.verdict == "explained" for a in named) >= len(SEEDS) - 1
     assert not any(set(a.effects) - {"factor:operator"} for a in answers)
     values = [a.parameters["factor:operator"]["values"] for a in named]
     found = [[v[f"c[{who}]"]["value"] for who in ("anna", "bert", "cleo")] for v in values]
@@ -113,11 +112,11 @@ def test_oils_that_all_differ_are_named_with_sixteen_tests(seeds: range, least: 
     assert named >= least
 
 
-@pytest.mark.parametrize(("seeds", "wrong"), SEEDS)
-def test_a_number_that_shifts_friction_linearly_is_named(seeds: range, wrong: int) -> None:
-    answers = [answer_of(damp_days, seed) for seed in seeds]
+@pytest.mark.nightly  # by day test_test_numbers.py names it, with a cell that is none
+def test_a_number_that_shifts_friction_linearly_is_named() -> None:
+    answers = [answer_of(damp_days, seed) for seed in SEEDS]
     named = [a for a in answers if a.effects == ["factor:humidity"]]
-    assert len(named) >= len(seeds) - wrong
+    assert len(named) >= len(SEEDS) - 1
     slopes = [a.parameters["factor:humidity"]["values"] for a in named]
     found = [v["c"]["value"] / v["scale"]["value"] for v in slopes]
     assert float(np.mean(found)) == pytest.approx(6e-4, rel=0.2)

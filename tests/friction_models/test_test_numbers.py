@@ -26,7 +26,9 @@ def damp() -> tuple[pd.DataFrame, pd.DataFrame]:
     return data, pd.DataFrame({"test_id": names, "humidity": humidity})
 
 
-@pytest.mark.parametrize("text", ["59.3 %", "n.m.", "-"])
+@pytest.mark.parametrize(
+    "text", ["59.3 %", *(pytest.param(t, marks=pytest.mark.nightly) for t in ("n.m.", "-"))]
+)
 def test_one_cell_that_is_no_number_is_told_and_hides_nothing(text: str) -> None:
     data, tests = damp()
     tests["humidity"] = tests["humidity"].astype(object)

@@ -30,7 +30,9 @@ def series(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     return pd.concat(frames), pd.DataFrame({"test_id": [f"t{k:02d}" for k in range(48)], "oil": oils})
 
 
-@pytest.mark.parametrize(("seed", "named"), [(5, ["factor:oil"]), (1, [])])
+@pytest.mark.parametrize(
+    ("seed", "named"), [(5, ["factor:oil"]), pytest.param(1, [], marks=pytest.mark.nightly)]
+)
 def test_unseen_tests_name_what_the_search_does_not_see(
     seed: int, named: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -177,7 +177,12 @@ def test_a_model_that_learnt_these_points_is_no_proof() -> None:
     forest = RandomForestRegressor(40, random_state=0).fit(data[list(LOAD_NAMES)].to_numpy(), data["mu"])
     found = diagnose(data, model=forest)
     assert found.confidence <= 0.5 and any("fitted to them" in w for w in found.warnings)
-    other = measured(loads, 0.12 - 1e-4 * loads["T"], 9)
+
+
+@pytest.mark.nightly
+def test_a_model_that_learnt_other_points_is_not_said_to_have_learnt_these() -> None:
+    loads = repeated(8, settings=14, each=1)
+    data, other = (measured(loads, 0.12 - 1e-4 * loads["T"], seed) for seed in (8, 9))
     honest = RandomForestRegressor(40, random_state=0, min_samples_leaf=40)
     honest.fit(other[list(LOAD_NAMES)].to_numpy(), other["mu"])
     assert not any("fitted to them" in w for w in diagnose(data, model=honest).warnings)

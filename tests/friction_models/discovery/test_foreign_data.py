@@ -289,7 +289,7 @@ def test_three_groups_of_tests_are_in_the_sentence() -> None:
     assert found.confidence <= 0.5 and "the tests fall into several groups up to 0.02" in found.sentence
 
 
-@pytest.mark.parametrize("draw", ["normal", "skewed"])
+@pytest.mark.parametrize("draw", [pytest.param("normal", marks=pytest.mark.nightly), "skewed"])
 def test_hardly_any_scatter_falls_into_groups(draw: str) -> None:
     rng = np.random.default_rng(5)
     campaign = prepare(measured(rng, tests=40, points=4))

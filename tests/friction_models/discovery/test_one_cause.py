@@ -66,6 +66,7 @@ def test_one_operator_for_each_batch() -> None:
     assert diagnose(data.assign(mu=mu), tests.drop(columns="operator")).verdict == "explained"
 
 
+@pytest.mark.nightly
 def test_two_loads_of_one_law_that_are_one_load() -> None:
     """Pressure and temperature rise together in every test: an effect of both, or of either, fits."""
     rng = np.random.default_rng(8)

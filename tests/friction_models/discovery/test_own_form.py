@@ -8,8 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from friction_models import PowerLawFriction, TriboLoads
+from friction_models import LinearFriction, PowerLawFriction, TriboLoads
 from friction_models.discovery import Diagnosis, diagnose
+from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.search.base_law import base_law
 from friction_models.models.tangent import MeasuredPoints
 
 
@@ -50,7 +52,8 @@ def test_what_no_offset_does_keeps_its_name_and_its_confidence() -> None:
 
 
 def test_a_model_without_such_constants_is_not_asked_for_them() -> None:
-    assert not other_offsets(diagnose(powers(6), model="linear"))
+    campaign = prepare(powers(6))
+    assert not base_law(LinearFriction(), campaign).beside and base_law(PowerLawFriction(), campaign).beside
 
 
 def limited(seed: int) -> pd.DataFrame:

@@ -107,7 +107,7 @@ def test_nothing_is_blamed_where_the_model_is_right(system: System, pressed: Pre
     assert any({"flow_stress", "force_gain"} <= set(g) for g in found.groups)  # both scale the force
 
 
-def test_friction_and_compliance_are_told(system: System, pressed: Pressed, place: Path) -> None:
+def test_a_level_of_friction_is_told(system: System, pressed: Pressed, place: Path) -> None:
     friction = attribute(pressed(mu=0.096), system, CAUSES, place / "runs", jobs=1)
     # one process, short and coarse: what scales the whole force may look like it, nothing else
     assert friction.ranking[0].cause == "friction_level"
@@ -115,6 +115,10 @@ def test_friction_and_compliance_are_told(system: System, pressed: Pressed, plac
     low, high = friction.ranking[0].to_dict()["strength"][0]["interval"]
     assert low < 0.2 < high
     assert friction.deviation["after"] < 0.3 * friction.deviation["before"]
+
+
+@pytest.mark.nightly
+def test_a_compliance_is_told(system: System, pressed: Pressed, place: Path) -> None:
     press = attribute(pressed(compliance=1e-3), system, CAUSES, place / "runs", jobs=1)
     assert press.confusion_set == ["compliance"] and not press.second
     assert press.ranking[0].values[0][1] == pytest.approx(1e-3, rel=0.1)

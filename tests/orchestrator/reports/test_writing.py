@@ -39,7 +39,12 @@ def test_tables_become_sheets_and_texts_no_formulas(html: str, tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("suffix", "begins"), [("pdf", b"%PDF"), ("xlsx", b"PK"), ("html", b"<!DOCTYPE html>")]
+    ("suffix", "begins"),
+    [
+        pytest.param("pdf", b"%PDF", marks=pytest.mark.nightly),
+        ("xlsx", b"PK"),
+        ("html", b"<!DOCTYPE html>"),
+    ],
 )
 def test_the_same_page_gives_the_same_bytes(html: str, tmp_path: Path, suffix: str, begins: bytes) -> None:
     if suffix == "pdf" and not any(shutil.which(name) for name in writing.BROWSERS):
