@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from ...estimation.campaign.binned_tests import BinnedTests
-from ...estimation.noise.repeats import Repeats, repeats_of
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import LOAD_NAMES
 from .beside_reference import BesideReference, effects_of
+from .beside_repeats import BesideRepeats, beyond_repeats
 from .closest import first_seen
 from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares, helps
@@ -38,9 +37,6 @@ MAYBE, CONFIRMED = 0.2, 1.7
 MOST = 0.5
 #: One of several names that takes less than this share of the squared error of the model may only mend the form of the others.
 LITTLE_BESIDE = 0.03
-#: Where settings differ by more than their repeats do, this share of the squared error must lie between the settings for the
-#: verdict to say so.
-BEYOND_REPEATS = 0.25
 
 
 class UnseenTestsJudge:
@@ -53,6 +49,7 @@ class UnseenTestsJudge:
         self.straight = StraightFits(campaign, unseen, found)
         self.beside = BesideReference(campaign, unseen, found)
         self.rivals = Rivals(campaign, found, self.straight, further)
+        self.beside_repeats = BesideRepeats(unseen, self.straight)
         self.names = Names(unseen, found, self.straight, self.beside, further)
         self.two_loads = TwoLoads(self.names)
         self.products = Products(unseen, self.straight)
@@ -100,12 +97,12 @@ class UnseenTestsJudge:
         other_laws = self.other_laws.among(kept, sure=verdict != "ambiguous") if verdict in NAMED else set()
         if other_laws and (instead := self._without(other_laws, kept, beside, alone)) is not None:
             verdict, kept, shares, rivals = instead
-        shares, repeats = self._beside_repeats(kept, shares)
+        shares, repeats = self.beside_repeats.budget(kept, shares)
         if verdict == "data_problem" and shares.left > NOT_THE_ANSWER:
             verdict, kept, rivals = "unknown_structure", [], ()
-            shares, repeats = self._beside_repeats(kept, self.beside.shares([], alone))
+            shares, repeats = self.beside_repeats.budget(kept, self.beside.shares([], alone))
         if repeats is not None and repeats.lacks_fit:
-            verdict = _beyond_repeats(verdict, shares)
+            verdict = beyond_repeats(verdict, shares)
         left = shares.missing > 0.0 and verdict != "nothing_missing"
         return Confirmation(
             verdict,
@@ -274,23 +271,6 @@ class UnseenTestsJudge:
         without = {f.name: self.unseen.errors(effects_of([o for o in kept if o is not f])) for f in kept}
         return tuple(name for name, errors in without.items() if errors.rms**2 - whole < LITTLE_BESIDE * base)
 
-    def _beside_repeats(self, kept: list[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
-        """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""
-        repeats = self._repeats(kept)
-        if repeats is not None and repeats.lacks_fit:
-            low, high = repeats.interval
-            shares = replace(shares, best=min(shares.best, repeats.scatter**2), interval=(low**2, high**2))
-        return shares, repeats
-
-    def _repeats(self, kept: list[Fit]) -> Repeats | None:
-        """Return the scatter of repeats, and whether settings differ by more than that beside what is named."""
-        repeats = repeats_of(self.campaign, self.straight.residual(kept), self.unseen.seed)
-        if not kept or repeats is None or not repeats.lacks_fit:
-            return repeats
-        # the shapes of the scan lie on a grid: what they leave, a fit of the shapes may not
-        fitted = self.unseen.fitted(effects_of(kept))
-        return repeats_of(self.campaign, fitted.residual, self.unseen.seed)
-
     def _is_fault(self, name: str) -> bool:
         """Return whether an effect is a fault of the data."""
         return any(f.name == name and f.effect.kind == "fault" for f in self.found.ranking)
@@ -318,10 +298,3 @@ def _certainly_missing(shares: ErrorShares) -> bool:
     """Return whether the reference says for certain that something is missing, where no effect is seen."""
     share = shares.missing / max(shares.base, 1e-300)
     return share > ALONE_SHARE and shares.certainty > (BELIEVED if share > MUCH else ALONE_CERTAIN)
-
-
-def _beyond_repeats(verdict: str, shares: ErrorShares) -> str:
-    """Return the verdict where settings differ by more than their repeats: no model of what was recorded need predict that."""
-    if verdict == "nothing_missing" and shares.missing > BEYOND_REPEATS * shares.base:
-        return "unknown_structure"
-    return "partly_explained" if verdict == "explained" and shares.left > EXPLAINED else verdict
