@@ -76,7 +76,7 @@ def level_of(found: SearchRound, chosen: Sequence[Fit], scaled: bool = False) ->
     error = float(np.sqrt(inverse[0, 0]))
     # where an effect is zero is a matter of its formula: the level, or factor, is what remains wherever it is least
     unit = columns[:, 0]
-    known = unit > 0.0
+    known = unit != 0.0
     everywhere = (columns[known] @ fitted) / unit[known]
     size = float(np.clip(0.0, everywhere.min(), everywhere.max()))
     left = unit * size
