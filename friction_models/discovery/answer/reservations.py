@@ -72,8 +72,8 @@ def reservations(
         for name, pair in confirmed.parts.items()
     ]
     said += [
-        f"in the place of {name}, the plain product of {first} and {second} predicts unseen tests better, if not for certain: the law may "
-        "have another form"
+        f"in the place of {name}, the plain product of {first} and {second} predicts unseen tests as well, or better, if not for certain: the law "
+        "may have another form"
         for name, (first, second) in confirmed.products.items()
     ]
     said += [

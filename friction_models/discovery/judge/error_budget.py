@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import stdtrit
+from scipy.special import stdtr, stdtrit
 
 from ...estimation.search.importance import LEAST_SHARE
 from ...loads import FloatArray
@@ -18,6 +18,8 @@ from .unseen_tests import ErrorsByTest
 BELIEVED = 2.3
 #: With fewer tests nothing can be said about what sets tests apart.
 LEAST_TESTS = 8
+#: Standard errors are counted as those of so many tests, where there are fewer.
+USUAL = 27
 #: Less than this share of a squared error is rounding.
 ROUNDING = 1e-9
 
@@ -64,21 +66,26 @@ def lead(
 ) -> tuple[float, float]:
     """Return by how much one error is smaller than another on average over tests, and by how many standard errors.
 
-    Tests at one setting err alike, so the standard error is that of clusters (Liang, Zeger, Biometrika 73 (1986) 13).
+    Tests at one setting err alike, so the standard error is that of clusters (Liang, Zeger, Biometrika 73 (1986) 13). Of few tests it
+    is hardly known itself: there it is as many standard errors as are as rare with `USUAL` ones (Student's t).
 
     Examples
     --------
     >>> [round(x, 2) for x in lead(np.array([3.0, 5.0, 4.0]), np.array([1.0, 1.0, 1.0]))]
-    [3.0, 5.2]
-    >>> lead(np.array([3.0, 3.0, 5.0, 5.0]), np.ones(4), np.array([0, 0, 1, 1]))
-    (3.0, 3.0)
+    [3.0, 2.22]
+    >>> [round(x, 2) for x in lead(np.array([3.0, 3.0, 5.0, 5.0]), np.ones(4), np.array([0, 0, 1, 1]))]
+    [3.0, 1.3]
     """
     difference = worse - better
     tests, mean = len(difference), float(np.mean(difference))
     of_settings = np.bincount(np.arange(tests) if setting is None else setting, difference - mean)
     count = len(of_settings)
     spread = np.sqrt(count / (count - 1) * np.sum(of_settings**2)) / tests if count > 1 else np.inf
-    return mean, float(mean / max(float(spread), 1e-300))
+    certain = float(mean / max(float(spread), 1e-300))
+    if 1 < count < USUAL:
+        as_rare = abs(float(stdtrit(USUAL - 1, stdtr(count - 1, -abs(certain)))))
+        certain = float(np.copysign(min(as_rare, abs(certain)), certain))
+    return mean, certain
 
 
 def fall(before: ErrorsByTest, after: ErrorsByTest, part: str = "total") -> tuple[float, float]:

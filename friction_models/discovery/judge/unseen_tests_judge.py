@@ -152,6 +152,7 @@ class UnseenTestsJudge:
         self, verdict: str, chosen: list[Fit], named: str, alone: float
     ) -> tuple[str, list[Fit], ErrorShares]:
         """Return the verdict with the names that unseen tests keep, and the budget beside these."""
+        unseen_by_scan = verdict == "nothing_missing"
         kept, needed = self.names.led(chosen) if verdict in NAMED else ([], [])
         if len(needed) < len(kept):
             # where no less than all of them explain, their sum is a curve of unknown form
@@ -174,6 +175,8 @@ class UnseenTestsJudge:
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
+        if verdict == "unknown_structure" and unseen_by_scan and (one := self.names.alone()):
+            return "explained", one, self.beside.shares(one)
         if verdict == "unknown_structure" and (
             together := self.names.together() or self.names.along_the_distance() or self._levels()
         ):

@@ -100,6 +100,7 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         on_one=False,
         other_cause=False,
         one_explains=False,
+        as_it_is=False,
     )
     assert (said.value > 0.9) is (sure and not odd) and ((sure and not odd) or said.value <= 0.5)
     assert bool(said.held_by) is (said.value == 0.5)
@@ -121,7 +122,8 @@ def test_a_reason_to_doubt_an_answer_holds_it(reason: str, most: float) -> None:
     campaign: Any = SimpleNamespace(tests=["t"] * 30, mu=np.ones(30), point_test=np.arange(30))
     found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01, sensor=0.001), ranking=[])
     reasons = dict.fromkeys(
-        ("grouped", "knows_noise", "odd_kept", "unread", "on_one", "other_cause", "one_explains"), False
+        ("grouped", "knows_noise", "odd_kept", "unread", "on_one", "other_cause", "one_explains", "as_it_is"),
+        False,
     )
     plain, doubted = (
         sureness(campaign, found, Confirmation("explained"), grounds, off=None, **known)

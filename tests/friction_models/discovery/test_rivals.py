@@ -21,7 +21,7 @@ def test_a_rival_of_a_further_name_gains_a_good_part_of_what_it_gains(gain: floa
     )
     same = ErrorsByTest(np.linspace(1.0, 2.0, 9), np.zeros(9))
     straight: Any = SimpleNamespace(errors=lambda fits: same)
-    found: Any = SimpleNamespace(ranking=[first], just=lambda *fits: False)
+    found: Any = SimpleNamespace(ranking=[first], just=lambda *fits: False, p_value=lambda fit: 0.0)
     campaign: Any = SimpleNamespace(averaged=False, system={})
     further: Any = lambda known, level=0.05: [named, other]  # noqa: E731
     kept: Any = [first, named]
@@ -43,7 +43,9 @@ def test_what_helps_no_unseen_test_is_a_rival_only_where_the_scan_prefers_it(
         size = 1.0 if "first" in {f.name for f in fits} else 4.0
         return ErrorsByTest(size * np.linspace(0.2, 3.0, 6), np.zeros(6))
 
-    found: Any = SimpleNamespace(ranking=[second, other, first], just=lambda a, b: b is second)
+    found: Any = SimpleNamespace(
+        ranking=[second, other, first], just=lambda a, b: b is second, p_value=lambda fit: 0.0
+    )
     campaign: Any = SimpleNamespace(averaged=False, system={}, tests=["t"] * 6)
     further: Any = lambda known, level=0.05: []  # noqa: E731
     rivals = Rivals(campaign, found, SimpleNamespace(errors=errors), further)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import qmc
+from scipy.stats import t as student
 
 from benchmarks.discovery_campaigns import campaign
 from benchmarks.literature import cases, make
@@ -192,7 +193,10 @@ def test_help_is_a_matter_of_whole_tests() -> None:
     assert not helps(before, ErrorsByTest(rng.permutation(before.between), before.within), needed=2.0)
     assert helps(before, ErrorsByTest(before.between, 0.3 * before.within))
     gain, certain = lead(np.array([2.0, 4.0]), np.array([1.0, 1.0]))
-    assert gain == 2.0 and certain == pytest.approx(2.0 / (np.sqrt(2.0) / np.sqrt(2.0)))
+    # two standard errors, of two tests; as rare as so many of 27
+    assert gain == 2.0 and certain == pytest.approx(student(26).isf(student(1).sf(2.0)))
+    many = rng.normal(0.3, 1.0, 40)
+    assert lead(many, np.zeros(40))[1] == pytest.approx(many.mean() / (many.std(ddof=1) / np.sqrt(40)))
 
 
 def test_what_is_left_beside_a_name_grows_with_its_certainty() -> None:

@@ -114,6 +114,18 @@ class Names:
         needed = self.needed(fits) if self.explain(fits) else []
         return needed if len(needed) > 1 and self.explain(needed) else []
 
+    def alone(self) -> list[Fit]:
+        """Return the effect of the first ones of the ranking that explains by itself what unseen tests show and the search does not.
+
+        The noise of few tests holds what is missing: beside three loads at three levels each, nine tests leave two numbers for it.
+        """
+        tried = [f for f in self.found.ranking[: RIVALS + 1] if f.effect.kind != "fault"]
+        errors = {f.name: self.unseen.errors(effects_of([f])) for f in tried}
+        best = min(tried, key=lambda f: errors[f.name].rms, default=None)
+        if best is None or not falls(self.beside.without_names, errors[best.name], APART):
+            return []
+        return [best] if self.explain([best]) else []
+
     def along_the_distance(self) -> list[Fit]:
         """Return two effects along the distance that leave next to nothing, each of them missed for certain, if there are some.
 

@@ -14,6 +14,9 @@ from ..unseen_tests import UnseenTests
 from .names import BETTER, CERTAIN
 from .straight_fits import StraightFits
 
+#: A product that leaves less than this share of what an effect changes is the same as the effect in these tests.
+SAME_FORM = 0.01
+
 
 @dataclass(frozen=True)
 class Products:
@@ -33,15 +36,16 @@ class Products:
     def as_good(self, kept: Sequence[Fit]) -> dict[str, tuple[str, str]]:
         """Return the names in whose place a product predicts unseen tests better, if not for certain, and its loads.
 
-        In the place of several names it need not be better: it is the simpler answer.
+        In the place of several names it need not be better: it is the simpler answer. Nor where it draws the same in these tests: two
+        levels of each load show no other form.
         """
         found = {}
         for fit in kept:
             certain, loads = self._best(kept, fit)
             apart = [f for f in kept if {*loads}.isdisjoint(f.effect.driver)]
-            if certain >= BETTER or (
-                len(apart) < len(kept) - 1 and self._best([fit, *apart], fit, than=kept)[0] > 0.0
-            ):
+            same = bool(loads[0]) and self.straight.left_by_product(fit, loads) < SAME_FORM
+            several = len(apart) < len(kept) - 1
+            if certain >= BETTER or same or (several and self._best([fit, *apart], fit, than=kept)[0] > 0.0):
                 found[fit.name] = loads
         return found
 

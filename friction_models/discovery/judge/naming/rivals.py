@@ -33,6 +33,8 @@ AS_LIKELY, AGREED = 0.5, 1.0
 BEHIND = 3.0
 #: By so many they do where the leads of single tests agree by as many: two views of the same data that can be wrong in other ways.
 BEHIND_IN_BOTH = 2.0
+#: P-value of a name from which on the noise of the search holds it: gains tell no effect from another then, unseen tests alone do.
+DROWNED = 0.2
 #: A memory of loads that no test changes takes more than this share of the squared error on unseen tests, or is not named.
 UNSEEN_MEMORY = 0.05
 
@@ -63,18 +65,22 @@ class Rivals:
         first, *others = kept
         names = {f.name for f in kept}
         own = self.straight.errors(kept)
+        unseen_only = self.found.p_value(first) > DROWNED
         tried = [
             f
             for f in self.found.ranking
-            if f.gain > WORTH * first.gain and f.name not in names and not self.found.just(first, f)
+            if (unseen_only or f.gain > WORTH * first.gain)
+            and f.name not in names
+            and not self.found.just(first, f)
         ]
         found: dict[str, list[str]] = {f.name: [] for f in kept}
         for f in tried:
             instead = [f, *others]
             as_good = missing > 0.0 and (self.straight.errors(instead).rms ** 2 - own.rms**2 < missing)
             tied = one_cause(self.campaign, first.effect.driver, f.effect.driver)
-            likely = as_good or (f.gain > AS_LIKELY * first.gain and not self._led(kept, instead))
-            preferred = not others and f.gain > first.gain
+            comparable = unseen_only or f.gain > AS_LIKELY * first.gain
+            likely = as_good or (comparable and not self._led(kept, instead))
+            preferred = not others and not unseen_only and f.gain > first.gain
             if tied or (likely and (preferred or self._stands_for(kept, others, f))):
                 found[first.name].append(f.name)
         for named in others:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -88,16 +88,31 @@ class StraightFits:
 
     def errors_of_product(self, loads: Sequence[str], beside: Sequence[Fit]) -> ErrorsByTest:
         """Return the errors of straight lines along two loads and their product, beside effects; on the better of both scales."""
+        errors = [
+            self._errors(self._of_unseen(partial(self._left, columns)))
+            for columns in self._with_products(loads, beside)
+        ]
+        return min(errors, key=lambda found: found.rms)
+
+    def left_by_product(self, fit: Fit, loads: Sequence[str]) -> float:
+        """Return the share of what an effect changes beside the model that lines along two loads and their product cannot draw."""
+        count = self.campaign.count
+        root = np.sqrt(count)[:, None]
+        left = []
+        for columns in self._with_products(loads, ()):
+            drawn = columns @ np.linalg.lstsq(root * columns, root[:, 0] * fit.binned, rcond=1e-9)[0]
+            left.append(float(count @ (fit.binned - drawn) ** 2))
+        return min(left) / max(float(count @ self.found.change(fit) ** 2), 1e-300)
+
+    def _with_products(self, loads: Sequence[str], beside: Sequence[Fit]) -> Iterator[FloatArray]:
+        """Yield base and effects in the bins with lines along two loads and their product, on either scale."""
         campaign = self.campaign
-        errors = []
         for values in (
             lambda load: campaign.average(getattr(campaign.loads, load)),
             partial(transformed, campaign),
         ):
             first, second = ((z - z.mean()) / max(float(z.std()), 1e-300) for z in map(values, loads))
-            columns = np.column_stack([self.found.columns_with(beside), first, second, first * second])
-            errors.append(self._errors(self._of_unseen(partial(self._left, columns))))
-        return min(errors, key=lambda found: found.rms)
+            yield np.column_stack([self.found.columns_with(beside), first, second, first * second])
 
     def _of_unseen(self, left: Callable[[Mask], FloatArray]) -> FloatArray:
         """Return what fits leave in the bins of tests that they did not see, shape (..., m); `left` takes the bins that are seen."""
