@@ -196,7 +196,7 @@ def sureness(
         # of 59 such answers to some thousand made-up campaigns 43 were right
         "a load of what is named goes with another one in these tests": named
         and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
-        # four of forty straight laws in nine tests had a name
+        # six of forty straight laws in nine tests had a name
         f"there are fewer than {FEW_TESTS} tests": named and len(campaign.tests) < FEW_TESTS,
         "a name rests on one test": on_one,  # of 23 such answers 17 were right
         # they draw a law their way, and swell the floor: of five names four were right
