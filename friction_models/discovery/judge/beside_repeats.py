@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.noise.repeats import Repeats, repeats_of
 from ...estimation.search.scan import Fit
 from .beside_reference import effects_of
@@ -20,8 +21,8 @@ BEYOND_REPEATS = 0.25
 class BesideRepeats:
     """What repeats say of a budget, beside names."""
 
-    def __init__(self, unseen: UnseenTests, straight: StraightFits) -> None:
-        self.unseen, self.straight = unseen, straight
+    def __init__(self, campaign: BinnedTests, unseen: UnseenTests, straight: StraightFits) -> None:
+        self.campaign, self.unseen, self.straight = campaign, unseen, straight
 
     def budget(self, kept: Sequence[Fit], shares: ErrorShares) -> tuple[ErrorShares, Repeats | None]:
         """Return the budget, in which repeats say what can be predicted if settings differ by more, and their scatter."""
@@ -33,13 +34,13 @@ class BesideRepeats:
 
     def _repeats(self, kept: Sequence[Fit]) -> Repeats | None:
         """Return the scatter of repeats, and whether settings differ by more than that beside what is named."""
-        unseen = self.unseen
-        repeats = repeats_of(unseen.campaign, self.straight.residual(kept), unseen.seed)
+        seed = self.unseen.seed
+        repeats = repeats_of(self.campaign, self.straight.residual(kept), seed)
         if not kept or repeats is None or not repeats.lacks_fit:
             return repeats
         # the shapes of the scan lie on a grid: what they leave, a fit of the shapes may not
-        fitted = unseen.fitted(effects_of(kept))
-        return repeats_of(unseen.campaign, fitted.residual, unseen.seed)
+        fitted = self.unseen.fitted(effects_of(kept))
+        return repeats_of(self.campaign, fitted.residual, seed)
 
 
 def beyond_repeats(verdict: str, shares: ErrorShares) -> str:

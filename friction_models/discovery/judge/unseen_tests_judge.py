@@ -49,7 +49,7 @@ class UnseenTestsJudge:
         self.straight = StraightFits(campaign, unseen, found)
         self.beside = BesideReference(campaign, unseen, found)
         self.rivals = Rivals(campaign, found, self.straight, further)
-        self.beside_repeats = BesideRepeats(unseen, self.straight)
+        self.beside_repeats = BesideRepeats(campaign, unseen, self.straight)
         self.names = Names(unseen, found, self.straight, self.beside, further)
         self.two_loads = TwoLoads(self.names)
         self.products = Products(unseen, self.straight)
