@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
+from friction_models import LinearFriction
+from friction_models.discovery.judge.beside_repeats import BesideRepeats
+from friction_models.discovery.judge.unseen_tests import UnseenTests
 from friction_models.estimation.campaign.binned_tests import BinnedTests
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.repeats import repeats_of
+from friction_models.estimation.search.base_law import base_law
 
 SETTINGS, SCATTER = 15, 0.003
 
@@ -51,3 +59,13 @@ def test_settings_that_are_alike_differ_by_chance_as_often_as_said() -> None:
 
 def test_settings_that_differ_are_seen() -> None:
     assert sum(v < 0.05 for v in said(4.0 * SCATTER)) >= 36
+
+
+def test_the_judge_looks_at_batches_and_tools_too() -> None:
+    """What unseen tests are predicted with need not hold them; without, settings differ by the batches they were run with."""
+    campaign, left = repeated(3, 0.0)
+    bare = replace(campaign, system={})
+    straight: Any = SimpleNamespace(residual=lambda kept: left)
+    unseen = UnseenTests(bare, base_law(LinearFriction(), bare))
+    found = BesideRepeats(campaign, unseen, straight)._repeats([])
+    assert found == repeats_of(campaign, left) != repeats_of(bare, left)
