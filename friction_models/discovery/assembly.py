@@ -26,7 +26,15 @@ from .answer.findings import FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
 from .answer.not_first import comes_closest, why_not_first
 from .answer.other_causes import OtherCauses
-from .answer.reservations import about_the_noise, could_hide, held, reservations, stands_out
+from .answer.reservations import (
+    about_codes,
+    about_the_noise,
+    codes_along,
+    could_hide,
+    held,
+    reservations,
+    stands_out,
+)
 from .answer.sentence import Sentence
 from .answer.summaries import averages, base_residual, binned_bias, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
@@ -197,7 +205,13 @@ class _Assembly:
             other_cause=self.causes.do_as_well,
             one_explains=self.closest is not None and self.closest.explains,
             as_it_is=self.base.fixed and bool(np.ptp(self.base.offset) > 0.0),
+            codes=bool(self.codes),
         )
+
+    @cached_property
+    def codes(self) -> dict[str, list[int]]:
+        """Columns of the test table whose numbers may be names, where most is left along them."""
+        return codes_along(self.campaign, self.where)
 
     @cached_property
     def where(self) -> list[StructurePlace]:
@@ -235,6 +249,7 @@ class _Assembly:
             *([comes_closest(self.closest)] if self.closest is not None else []),
             *(gaps if self.untested else []),
             *could_hide(self.hidden, self.usual_mu),
+            *about_codes(self.codes),
             *([level.text(f"the {self.base.name} model")] if level.off else []),
             *about_the_noise(campaign, hides),
             *about_the_fit(campaign, self.fitted),

@@ -152,6 +152,7 @@ def sureness(
     other_cause: bool,
     one_explains: bool,
     as_it_is: bool,
+    codes: bool,
 ) -> Sureness:
     """Return how sure a verdict is by its grounds; half as sure, or a little, where these data cannot show more.
 
@@ -159,6 +160,7 @@ def sureness(
     two groups or in the order of the runs, the model `knows_noise` of these points, tests that lie far off be `odd_kept`, an offset of the force be `unread` beside other
     names, a name rest `on_one` test, or have an `other_cause` that does as well: a jump in the order, another law along the load. Of the
     catalogue `one_explains` what is missing, though it is not named. A law of the loads may be taken `as_it_is`, its form unknown.
+    Most may be left along numbers that are `codes` of something.
     """
     verdict, own = confirmed.verdict, confirmed.own_form_explains
     nothing, named = verdict == "nothing_missing", verdict in NAMED
@@ -210,6 +212,7 @@ def sureness(
         f"{listed(confirmed.little)} may only mend the form of the others": bool(confirmed.little),
         # of thirteen such answers to campaigns of three authors eight were right
         "one effect would explain what is missing, if its form were another": one_explains,
+        "the numbers of a column may be names": codes,
         # an effect of pressure, perhaps, until the cell is read without load
         "the zero of the force was not read": unread or too_large,
     }

@@ -56,7 +56,8 @@ def without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     """Return the tests without those that are copies of an earlier one: copies would pass for confirmation.
 
     No two tests agree in all loads and in mu to `SAME_VALUE` of the range of each: the noise of the sensor is larger. Tests of
-    one or two points must agree exactly, in at least `TOLD_APART` columns that vary.
+    one or two points must agree exactly, in at least `TOLD_APART` columns that vary; where others share their loads but not their mu,
+    the plan has repeats, and rounded values of these agree by chance.
     """
     columns = [q.name for q in LOADS if q.name in frame.columns] + ["mu"]
     values = frame[columns].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=np.float64)
@@ -66,6 +67,7 @@ def without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
     rows_of = {str(k): v for k, v in frame.groupby("test_id", sort=False).indices.items()}
     order = {name: k for k, name in enumerate(rows_of)}
     near = sorted((len(rows), float(values[rows, -1].mean()), name) for name, rows in rows_of.items())
+    by_chance = varied < TOLD_APART or _repeated(values, rows_of)
     copies = _all_several_times({name: values[rows].tobytes() for name, rows in rows_of.items()})
     exact = True
     for k, (size, level, name) in enumerate(near):
@@ -73,7 +75,7 @@ def without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
             if other_size != size or not other_level - level <= 1.0:
                 break
             apart = float(np.max(np.abs(values[rows_of[other]] - values[rows_of[name]])))
-            if apart <= 1.0 if size >= LEAST_COPY else apart == 0.0 and varied >= TOLD_APART:
+            if apart <= 1.0 if size >= LEAST_COPY else apart == 0.0 and not by_chance:
                 copies.add(max(name, other, key=order.__getitem__))
                 exact = exact and apart == 0.0
     if not copies:
@@ -85,6 +87,15 @@ def without_copies(frame: pd.DataFrame, warnings: list[str]) -> pd.DataFrame:
         f"{counted(len(told), 'test')} {are} of others ({how}) and {were} left out ({first_names(told)})"
     )
     return frame[~frame["test_id"].isin(copies)].reset_index(drop=True)
+
+
+def _repeated(values: FloatArray, rows_of: Mapping[str, Any]) -> bool:
+    """Return whether tests of one or two points share all loads, but not mu; `values` hold the loads and mu, shape (n, k)."""
+    mu_at: dict[bytes, set[bytes]] = {}
+    for rows in rows_of.values():
+        if len(rows) < LEAST_COPY:
+            mu_at.setdefault(values[rows, :-1].tobytes(), set()).add(values[rows, -1].tobytes())
+    return any(len(different) > 1 for different in mu_at.values())
 
 
 def _all_several_times(held: Mapping[str, bytes]) -> set[str]:

@@ -254,7 +254,9 @@ def search(
 
 def plainness(fit: Fit, listed: Sequence[str]) -> tuple[bool, int, int]:
     """Return what the plainest effect has least of: no fault, fewest numbers, `listed` first."""
-    return fit.effect.kind == "fault", fit.effect.degrees_of_freedom, listed.index(fit.name)
+    # what was seen beside others need not be listed
+    place = listed.index(fit.name) if fit.name in listed else len(listed)
+    return fit.effect.kind == "fault", fit.effect.degrees_of_freedom, place
 
 
 def plain_first(ranking: list[Fit], listed: Sequence[str]) -> list[Fit]:

@@ -101,6 +101,7 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         other_cause=False,
         one_explains=False,
         as_it_is=False,
+        codes=False,
     )
     assert (said.value > 0.9) is (sure and not odd) and ((sure and not odd) or said.value <= 0.5)
     assert bool(said.held_by) is (said.value == 0.5)
@@ -112,6 +113,7 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
         ("on_one", 0.75),
         ("unread", 0.75),
         ("one_explains", 0.75),
+        ("codes", 0.75),
         ("other_cause", 0.5),
         ("knows_noise", 0.5),
     ],
@@ -122,7 +124,17 @@ def test_a_reason_to_doubt_an_answer_holds_it(reason: str, most: float) -> None:
     campaign: Any = SimpleNamespace(tests=["t"] * 30, mu=np.ones(30), point_test=np.arange(30))
     found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01, sensor=0.001), ranking=[])
     reasons = dict.fromkeys(
-        ("grouped", "knows_noise", "odd_kept", "unread", "on_one", "other_cause", "one_explains", "as_it_is"),
+        (
+            "grouped",
+            "knows_noise",
+            "odd_kept",
+            "unread",
+            "on_one",
+            "other_cause",
+            "one_explains",
+            "as_it_is",
+            "codes",
+        ),
         False,
     )
     plain, doubted = (

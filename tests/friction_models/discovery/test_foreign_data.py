@@ -198,6 +198,18 @@ def test_a_table_that_holds_every_average_twice_is_a_copy_and_equal_repeats_are_
     assert len(prepare(coarse).tests) == 16
 
 
+def test_repeats_of_a_plan_that_agree_by_rounding_are_no_copies() -> None:
+    rng = np.random.default_rng(1)
+    plan = [(p, v, T) for p in (100.0, 200.0) for v in (10.0, 50.0) for T in (20.0, 80.0)] * 4
+    table = pd.DataFrame(plan, columns=["sigma_n", "v_rel", "T"])
+    table = table.assign(test_id=[f"r{k}" for k in range(32)], mu=rng.normal(0.1, 0.003, 32).round(3))
+    assert table.drop(columns="test_id").duplicated().sum() > 3
+    assert len(prepare(table).tests) == 32
+    once = table.drop_duplicates(["sigma_n", "v_rel", "T"])
+    some = pd.concat([once, once.iloc[:3].assign(test_id=["a", "b", "c"])], ignore_index=True)
+    assert any("3 tests are copies of others" in w for w in prepare(some).warnings)
+
+
 def test_points_with_gaps_are_left_out_and_counted(stribeck: Table) -> None:
     points = stribeck[0].copy()
     points.loc[points.index[5:25], "T"] = np.nan

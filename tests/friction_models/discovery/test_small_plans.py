@@ -63,3 +63,18 @@ def test_two_levels_show_no_form_but_a_product() -> None:
     found = diagnose(table(TWO_LEVELS, lambda p, v, T: 0.09 + 5e-6 * (p - 20.0) * (T - 25.0), 0))
     assert found.effects == ["hot_pressure_breakdown"] and found.confidence <= 0.75, found.sentence
     assert any("the plain product of" in w for w in found.warnings), found.warnings
+
+
+def test_numbers_that_are_names_are_told_to_be_written_as_text() -> None:
+    """Four coatings, 1 to 4, whose friction does not rise with their number: it was "no effect of the catalogue", 0.9 sure."""
+    rng = np.random.default_rng(2)
+    points = table(np.array([*product((0.0, 0.5, 1.0), repeat=3)] * 2), lambda p, v, T: 0.09 - 1e-4 * p, 2)
+    coating = rng.integers(1, 5, len(points))
+    points["mu"] += np.array([0.0, 0.03, 0.004, 0.024])[coating - 1]
+    found = diagnose(points, pd.DataFrame({"test_id": points["test_id"], "coating": coating}))
+    assert found.confidence <= 0.75 and found.where[0]["variables"] == ["coating"], found.sentence
+    assert any(w.startswith("coating is taken as a quantity of 1, 2, 3 and 4") for w in found.warnings)
+    named = diagnose(
+        points, pd.DataFrame({"test_id": points["test_id"], "coating": [f"c{k}" for k in coating]})
+    )
+    assert named.effects == ["factor:coating"] and named.confidence > 0.9, named.sentence

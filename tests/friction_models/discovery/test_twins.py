@@ -70,6 +70,12 @@ def test_what_unseen_tests_prefer_by_a_hair_does_not_lead_a_plainer_one(power: f
     assert rivals.plainest_first([]) == []
 
 
+def test_what_the_search_could_not_try_alone_is_listed_last() -> None:
+    """The twin's heating beside another name, where the slope of the model alone is the same as it."""
+    seen: Any = SimpleNamespace(name="twin_heating", effect=CATALOGUE["twin_heating"]())
+    assert plainness(seen, ["stribeck", "running_in"])[-1] == 2
+
+
 @pytest.mark.parametrize(("steps", "named"), [(False, "rising_speed"), (True, "rate_state")])
 def test_a_memory_that_no_test_can_show_is_a_law_of_the_speed(steps: bool, named: str) -> None:
     """Their contributions agree to 0.99, and unseen tests prefer the memory by 3 % of the squared error."""
