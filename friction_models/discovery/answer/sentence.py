@@ -80,8 +80,8 @@ class Sentence:
             return f"an effect is missing from {self._model}, but these data cannot tell {rivals} apart; {self._labels} fits best: {what}"
         groups = alternatives([f.name for f in self.chosen], self.confusion)
         parts = [" or ".join(known.get(n, n) for n in g) for g in groups]
-        # With a comma before the last `and`, nobody reads it as a further choice.
-        return f"{', '.join(parts[:-1])}, and {parts[-1]} are missing from {self._model}; {self._labels} fit best: {what}"
+        several = listed(f"({p})" if len(g) > 1 else p for p, g in zip(parts, groups, strict=True))
+        return f"{several} are missing from {self._model}; {self._labels} fit best: {what}"
 
     def _data_problem(self) -> str:
         if not self.chosen:

@@ -62,7 +62,7 @@ def not_offered(missing: Missing) -> list[str]:
     if after >= before:
         return []
     return [
-        f"no empirical term is offered: {names} fits best, but chosen anew without the tests that it predicts, it lowers the error there from "
+        f"no empirical term is offered: {names} would fit best, but chosen anew without the tests that are predicted, this lowers the error there from "
         f"{before:.4f} to {after:.4f}, which may be chance"
     ]
 

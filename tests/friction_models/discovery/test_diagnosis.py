@@ -288,5 +288,5 @@ def test_rivals_of_one_effect_are_told_from_a_further_one() -> None:
         campaign=SimpleNamespace(),  # type: ignore[arg-type]
     ).text()
     assert said.startswith(
-        "<stribeck> or <hersey>, and <batch> are missing from the linear model; <stribeck> and"
+        "(<stribeck> or <hersey>) and <batch> are missing from the linear model; <stribeck> and"
     )
