@@ -23,6 +23,7 @@ from ...estimation.search.zero_reading import ZERO, credible
 from .confirmation import ANOTHER_FORM, EXPLAINED, NAMED, Confirmation
 from .error_budget import LEAST_TESTS
 from .identifiability import one_load, standing_in
+from .naming.names import CLEAR
 from .verdict import LEVEL, Evidence
 
 #: Standard errors of an effect and of the reference, and powers of ten, beyond which nothing becomes surer.
@@ -199,7 +200,9 @@ def sureness(
         "a load of what is named goes with another one in these tests": named
         and any(one_load(campaign, f.effect.driver) for f in confirmed.chosen),
         # six of forty straight laws in nine tests had a name
-        f"there are fewer than {FEW_TESTS} tests": named and len(campaign.tests) < FEW_TESTS,
+        f"there are fewer than {FEW_TESTS} tests, and the search is not sure": named
+        and len(campaign.tests) < FEW_TESTS
+        and grounds["seen"] < _powers(CLEAR),
         "a name rests on one test": on_one,  # of 23 such answers 17 were right
         # they draw a law their way, and swell the floor: of five names four were right
         "tests lie far off all others": odd_kept,
