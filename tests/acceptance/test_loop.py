@@ -265,6 +265,7 @@ def test_the_report_of_a_model_that_lacks_nothing(demo: Demo, tmp_path: Path) ->
 
 @pytest.mark.nightly
 def test_a_second_run_reuses_everything(demo: Demo) -> None:
+    demo.run()
     kept: list[str] = []
     again = Demo(demo.out, demo.scenario, jobs=1, display=Watch(kept))
     before = {p: p.stat().st_mtime_ns for p in demo.out.rglob("results.nc")}
