@@ -133,9 +133,8 @@ def test_what_is_written_is_read_and_taken_everywhere(family: str, effect: str, 
     assert compare({"it": same}, data, tests).errors["it"].rmse == pytest.approx(
         evaluate(same, data, tests).overall["rmse"]
     )
-    if (
-        place(family, effect) or family == "ffnn"
-    ):  # what follows takes longest; networks would be trained several times
+    # what follows takes longest; networks would be trained several times
+    if place(family, effect) or family == "ffnn":
         return
     again = refine(data, tests, model=same)
     np.testing.assert_allclose(again.predict_frame(data, tests), mu, rtol=0, atol=1e-6)

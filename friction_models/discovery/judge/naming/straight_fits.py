@@ -96,13 +96,9 @@ class StraightFits:
 
     def left_by_product(self, fit: Fit, loads: Sequence[str]) -> float:
         """Return the share of what an effect changes beside the model that lines along two loads and their product cannot draw."""
-        count = self.campaign.count
-        root = np.sqrt(count)[:, None]
-        left = []
-        for columns in self._with_products(loads, ()):
-            drawn = columns @ np.linalg.lstsq(root * columns, root[:, 0] * fit.binned, rcond=1e-9)[0]
-            left.append(float(count @ (fit.binned - drawn) ** 2))
-        return min(left) / max(float(count @ self.found.change(fit) ** 2), 1e-300)
+        beside = [replace(self.found, columns=columns) for columns in self._with_products(loads, ())]
+        *left, whole = (float(self.campaign.count @ f.change(fit) ** 2) for f in (*beside, self.found))
+        return min(left) / max(whole, 1e-300)
 
     def _with_products(self, loads: Sequence[str], beside: Sequence[Fit]) -> Iterator[FloatArray]:
         """Yield base and effects in the bins with lines along two loads and their product, on either scale."""
