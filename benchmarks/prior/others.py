@@ -25,10 +25,11 @@ WORKERS, LIMIT = 1, 240.0
 
 
 class Judged(TypedDict):
-    """Whose campaign was answered, the verdict with the grounds of its confidence, and whether it is right."""
+    """Whose campaign was answered, the verdict, how sure it is and by what, and whether it is right."""
 
     source: str
     verdict: str
+    confidence: float
     grounds: dict[str, float]
     right: bool
 
@@ -52,6 +53,7 @@ def _literature(folder: Path, apart: bool) -> Iterator[Judged]:
                 yield {
                     "source": "literature",
                     "verdict": answer["verdict"],
+                    "confidence": answer["confidence"],
                     "grounds": answer["grounds"],
                     "right": right,
                 }
@@ -66,4 +68,10 @@ def _blind(folder: Path, apart: bool) -> Iterator[Judged]:
         answer = kept["answer"]
         if (grounds := answer.get("grounds")) is not None:
             right = judge(case, answer, kept["truth"]).right
-            yield {"source": "blind", "verdict": answer["verdict"], "grounds": grounds, "right": right}
+            yield {
+                "source": "blind",
+                "verdict": answer["verdict"],
+                "confidence": answer["confidence"],
+                "grounds": grounds,
+                "right": right,
+            }

@@ -14,7 +14,7 @@ from sklearn.linear_model import LogisticRegression
 
 from friction_models.common import write_json
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge.confidence import WEIGHTS, confidence
+from friction_models.discovery.judge.confidence import WEIGHTS
 
 from ..common import Section, Table, section
 from ..data import sources
@@ -102,7 +102,13 @@ def answers(folder: Path, seeds: Sequence[int]) -> list[Answer]:
 
 
 def _judged(row: Answer) -> Judged:
-    return {"source": "prior", "verdict": row["verdict"], "grounds": row["grounds"], "right": right(row)}
+    return {
+        "source": "prior",
+        "verdict": row["verdict"],
+        "confidence": row["confidence"],
+        "grounds": row["grounds"],
+        "right": right(row),
+    }
 
 
 def kind_of(verdict: str) -> str:
@@ -115,9 +121,10 @@ def fitted(
 ) -> dict[str, tuple[float, dict[str, float]]]:
     """Return weights like `WEIGHTS`, fitted to answers to the prior and to campaigns of others, every author with the same weight.
 
-    `others` have ``source`` and ``right`` beside verdict and grounds, see `others.rows_of_others`.
+    `others` have ``source`` and ``right`` beside verdict and grounds, see `others.rows_of_others`. Answers with a reason to doubt
+    them are left out: how sure these are at most is counted, reason by reason.
     """
-    judged = [*map(_judged, rows), *others]
+    judged = [r for r in [*map(_judged, rows), *others] if r["grounds"]["most"] >= 1.0]
     size = Counter(r["source"] for r in judged)
     found = {}
     for kind, (_, weights) in WEIGHTS.items():
@@ -165,7 +172,7 @@ def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, T
     Parameters
     ----------
     judged : mapping
-        Rows with verdict, grounds and ``right``, by what the page calls their campaigns.
+        Rows with ``confidence`` and ``right``, by what the page calls their campaigns.
     """
     by_author = Table(
         [
@@ -180,7 +187,7 @@ def reliability_tables(judged: Mapping[str, Sequence[Judged]]) -> tuple[Table, T
     )
     together = {**judged, "all": [r for own in judged.values() for r in own]}
     for name, rows in together.items():
-        said = [confidence(r["verdict"], r["grounds"]) for r in rows]
+        said = [r["confidence"] for r in rows]
         was = [bool(r["right"]) for r in rows]
         sure = [w for s, w in zip(said, was, strict=True) if s >= SURE]
         error, bins = reliability(said, was, BINS)

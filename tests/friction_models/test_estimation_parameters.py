@@ -11,7 +11,7 @@ import pytest
 
 from friction_models import ConstantFriction, LinearFriction
 from friction_models.discovery.answer.fit_warnings import about_the_fit
-from friction_models.discovery.answer.run_order import about_jumps, jumps_in_order
+from friction_models.discovery.causes.run_order import about_jumps, jumps_in_order
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binned_tests import BinnedTests
 from friction_models.estimation.campaign.binning import prepare

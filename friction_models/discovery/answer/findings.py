@@ -12,6 +12,7 @@ from ...common.json_values import plain
 from ...effects.base import Effect
 from ...estimation.noise.noise_floor import NoiseFloorNumbers
 from ...estimation.search.structure import StructurePlace
+from ..causes.test_groups import TestGroups
 from ..formulas.offers import FormulaOffer
 from ..further_tests.next_tests import NextTest
 from ..judge.judged import alternatives
@@ -64,16 +65,6 @@ class BinnedBias(TypedDict):
     tests: int
     after: NotRequired[float]
     after_interval: NotRequired[list[float]]
-
-
-class TestGroups(TypedDict):
-    """Groups of tests whose levels lie apart: the names above the widest ``gap`` between them, the number of the others."""
-
-    note: str
-    groups: NotRequired[int]  #: How many; not in files of before, when there were two.
-    gap: float
-    group: list[str]
-    others: int
 
 
 class ParameterValue(TypedDict):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.curves import transformed
 from ...estimation.fit.open_gaps import OpenGap, open_gaps
-from ...estimation.fit.parameters import FittedTerm, FittedTerms
-from ...estimation.search.law_signs import imitates, runs_against, turning_point, turns
+from ...estimation.fit.parameters import FittedTerms
+from ...estimation.search.law_signs import runs_against, turning_point
 from ...estimation.search.zero_reading import share_of_mu
 from ...loads import POINT_UNITS
 from ...loads.contract import behind
@@ -91,28 +91,6 @@ def tied_text(correlations: Sequence[tuple[str, str, float]]) -> list[str]:
             size = f"correlation {values[0]:+.2f}"
         lines.append(f"the data tie {', '.join(names)} to one another ({size}): each alone is poorly known")
     return lines
-
-
-def draws_another_law(campaign: BinnedTests, fitted: FittedTerms, sharper: Collection[str]) -> bool:
-    """Return whether a name, or rivals of it, draws another law along its load by cancelling slopes of the base; not one that is `sharper`,
-    unless it is the only name of its load and mu as a whole turns.
-
-    Where several names are left, which of them is right may be open; that mu as a whole goes the other way is not.
-    """
-    if not fitted.terms:
-        return False
-    base = fitted.base(campaign)
-    return any(
-        (term.name not in sharper and imitates(campaign, term.effect, base, term.binned, sure=True))
-        or (_alone(term, fitted.terms) and turns(campaign, term.effect, base, term.binned))
-        for term in fitted.terms
-    )
-
-
-def _alone(term: FittedTerm, terms: Sequence[FittedTerm]) -> bool:
-    """Return whether no other effect shares a load with one."""
-    own = {*term.effect.driver}
-    return all(own.isdisjoint(other.effect.driver) for other in terms if other is not term)
 
 
 def _turning(campaign: BinnedTests, fitted: FittedTerms) -> list[str]:

@@ -13,8 +13,8 @@ from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...estimation.search.structure import StructurePlace
 from ...loads import LOAD_NAMES
-from ..judge.confidence import LITTLE, Sureness, takes_little
 from ..judge.confirmation import NAMED, Confirmation
+from ..judge.doubts import LITTLE, Sureness, takes_little
 from ..judge.identifiability import standing_in
 from ..judge.verdict import LEVEL
 from .wording import mu_format, settings_text
@@ -40,8 +40,8 @@ def held(sure: Sureness) -> list[str]:
 
     Examples
     --------
-    >>> held(Sureness(0.75, ("a name rests on one test",)))
-    ['the confidence is held at 0.75: a name rests on one test']
+    >>> held(Sureness(0.85, ("a name rests on one test",)))
+    ['the confidence is held at 0.85: a name rests on one test']
     """
     return [f"the confidence is held at {sure.value:g}: {listed(sure.held_by)}"] if sure.held_by else []
 
@@ -98,7 +98,7 @@ def reservations(
         "tell that change their loads apart from each other"
         for first, second in standing_in(found, confirmed.chosen)
     ]
-    if verdict in NAMED and takes_little(confirmed):
+    if verdict in NAMED and takes_little(confirmed.shares):
         said.append(
             f"what is named takes less than {100 * LITTLE:.0f} % of the squared error of the model: its own form may be off by that much, and "
             "predictions hardly gain by the addition"

@@ -10,16 +10,16 @@ from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.binning import FEW_TESTS
 from ...estimation.search.scan import Fit
 from ...estimation.search.structure import StructurePlace
+from ..causes.run_order import JUMP
+from ..causes.test_groups import TestGroups
+from ..judge.doubts import LIKELY
 from ..judge.judged import alternatives
 from ..judge.verdict import LEVEL, Evidence
-from .findings import TestGroups
 from .wording import confidence_text
 
 #: How the sentence begins where nothing is missing, as far as anybody can tell; a page has the same headline.
 NOTHING = "nothing is missing"
 NOTHING_SEEN = "nothing can be seen to be missing"
-#: What a sentence about tests begins with that do not drift, but jump.
-JUMP = "the levels of the tests jump"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,7 +129,7 @@ class Sentence:
                 f"{self.factor['gap']:.4f} apart ({len(group)} and {self.factor['others']} tests; the {one}: {first_names(group)}): a "
                 f"factor that is not recorded may set them apart {self._sure()}."
             )
-        if self.confidence <= 0.5:
+        if self.confidence <= LIKELY:
             return f"{seen}, but these tests do not rule it out {self._sure()}."
         if self.hidden:
             return f"{seen} {self._sure()}; an effect that these tests hardly show may be there all the same."

@@ -1,12 +1,9 @@
 """Effects that the data cannot judge, because a load or metadata that they need is missing or constant.
 
-Those that lack something are not tried. One with a constant load does not lead the ranking while another one explains as much,
-and a verdict that names it is less certain.
+Those that lack something are not tried. One with a constant load does not lead the ranking while another one explains as much.
 """
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,11 +17,6 @@ from .scan import Fit
 
 #: An effect with at least this share of the gain of the first one may lead the ranking in its place.
 AS_GOOD = 0.5
-#: Largest confidence of a verdict where a load that was not recorded may be the cause as well.
-EITHER = 0.5
-#: The same where an effect of recorded loads is named: it lowers the error on unseen tests, so the cause would have to go with these
-#: loads. Without T 22 of 23 such answers to campaigns of another author were right, but there loads go their own ways.
-NAMED_BESIDE_ABSENT = 0.75
 #: `v_rel` and distance over time contradict each other when they differ by more than this factor.
 SPEED_FACTOR = 2.0
 #: A load varies within tests when this share of its variance lies within them.
@@ -135,41 +127,6 @@ def varied_first(campaign: BinnedTests, ranking: list[Fit]) -> list[Fit]:
         if shown & set(fit.effect.driver) and not constant(fit.effect, campaign):
             return [fit, *(f for f in ranking if f is not fit)]
     return ranking
-
-
-def doubts(campaign: BinnedTests, verdict: str, chosen: Sequence[Fit]) -> tuple[float, list[str]]:
-    """Return the largest confidence that the recorded loads allow for a verdict that names the `chosen` effects, and the reasons."""
-    if verdict == "out_of_domain":
-        return 1.0, []
-    notes, most = [], 1.0
-    # outside forming the surface does not expand, and averages over a test have no distance
-    without = [n for n in campaign.absent if n != "psi" and not (campaign.averaged and n == "sd")]
-    if without:
-        lacking = f"of a load that the data lack ({', '.join(without)}): record it, or keep it constant in all tests"
-        notes.append(
-            f"part of the scatter between tests may be an effect {lacking}"
-            if verdict == "nothing_missing"
-            else f"what is missing may as well be an effect {lacking}"
-        )
-        most = NAMED_BESIDE_ABSENT if chosen else EITHER
-    told = len(notes)
-    for fit in chosen:
-        effect = fit.effect
-        flat = constant(effect, campaign)
-        if flat:
-            rest = listed(n for n in effect.driver if n not in flat) or "nothing else"
-            load = listed(flat)
-            notes.append(
-                f"{effect.name} needs {load} to vary along a test: these data show a dependence on {load} from test to test, and no memory of it"
-                if any(campaign.varies(n) for n in flat)
-                else f"{effect.name} needs {load} to vary: these data show a dependence on {rest} only"
-            )
-    if other_speed(campaign):
-        notes.append(
-            "distance over time is another speed than v_rel in most tests: effects of speed and of memory cannot be trusted; "
-            "allowed: v_rel of every point, not the set value"
-        )
-    return (EITHER if len(notes) > told else most), notes
 
 
 def other_speed(campaign: BinnedTests) -> bool:

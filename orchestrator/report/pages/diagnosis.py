@@ -13,8 +13,9 @@ from friction_models.common.wording import counted, listed
 from friction_models.discovery import refine
 from friction_models.discovery.answer.diagnosis import Diagnosis
 from friction_models.discovery.answer.figures_data import load_map, meanings, structure_pair
-from friction_models.discovery.answer.sentence import JUMP, NOTHING, NOTHING_SEEN
+from friction_models.discovery.answer.sentence import NOTHING, NOTHING_SEEN
 from friction_models.discovery.answer.wording import interval_text
+from friction_models.discovery.causes.run_order import JUMP
 from friction_models.discovery.judged_addition import Addition
 from friction_models.discovery.refinement_rounds import round_notes
 from friction_models.effects import make_effect

@@ -21,10 +21,20 @@ from friction_models.discovery.judge.confidence import (
     MOST_WHERE_ONE_STANDS_OUT,
     WEIGHTS,
     confidence,
-    sureness,
 )
 from friction_models.discovery.judge.confirmation import Confirmation
+from friction_models.discovery.judge.doubts import (
+    EVEN,
+    LIKELY,
+    MOSTLY,
+    Doubt,
+    Sureness,
+    doubts_of,
+    least,
+    sureness,
+)
 from friction_models.discovery.judge.error_budget import ErrorShares
+from friction_models.discovery.judge.judged import Judged
 from friction_models.discovery.judge.unseen_tests_judge import _certainly_missing
 from friction_models.effects import CATALOGUE
 from friction_models.loads import LOAD_NAMES
@@ -35,8 +45,8 @@ def test_the_grounds_of_an_answer_give_its_confidence() -> None:
     said = diagnose(made.points, made.tests)
     assert set().union(*(w for _, w in WEIGHTS.values())) <= set(said.grounds)
     assert said.confidence == pytest.approx(
-        confidence(said.verdict, said.grounds), abs=1e-3
-    ) or said.confidence == pytest.approx(0.5)
+        min(confidence(said.verdict, said.grounds), said.grounds["most"]), abs=1e-3
+    )
 
 
 def test_what_speaks_for_an_answer_makes_it_surer() -> None:
@@ -73,6 +83,19 @@ def test_nothing_is_missing_is_not_sure_where_an_effect_stands_out() -> None:
     assert confidence("nothing_missing", grounds | {"seen": 1.4}) == MOST_WHERE_ONE_STANDS_OUT
 
 
+def _doubts(verdict: str, tests: int = 30, *, fixed: bool = False, **known: Any) -> list[Doubt]:
+    """Return what speaks against an answer to so many tests of mu = 1 with a noise of 0.01."""
+    grounds = {"reference": known.pop("reference", 0.0), "seen": 3.0}
+    campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests), point_test=np.arange(tests))
+    floor = SimpleNamespace(known=True, total=0.01, sensor=0.001)
+    found: Any = SimpleNamespace(floor=floor, ranking=[])
+    evidence: Any = None
+    confirmed = Confirmation(verdict, **{k: known.pop(k) for k in ("shares", "products") if k in known})
+    judged = Judged(found, evidence, confirmed, [], **known)
+    base: Any = SimpleNamespace(fixed=fixed, offset=np.zeros(tests))
+    return doubts_of(campaign, base, judged, grounds, level_is_off=False)
+
+
 @pytest.mark.parametrize("odd", [False, True])
 @pytest.mark.parametrize(("tests", "reference", "sure"), [(30, 0.0, True), (30, 2.6, False), (7, 0.0, False)])
 def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_nothing(
@@ -82,67 +105,29 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
 
     Tests that are odd, and stay, hide what is missing.
     """
-    names = {n for _, w in WEIGHTS.values() for n in w}
-    grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "reference": reference}
-    campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests), point_test=np.arange(tests))
-    found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01), ranking=[])
-    kept = Confirmation("nothing_missing")
-    said = sureness(
-        campaign,
-        found,
-        kept,
-        grounds,
-        off=None,
-        grouped=False,
-        knows_noise=False,
-        odd_kept=odd,
-        unread=False,
-        on_one=False,
-        other_cause=False,
-        one_explains=False,
-        as_it_is=False,
-        codes=False,
-    )
-    assert (said.value > 0.9) is (sure and not odd) and ((sure and not odd) or said.value <= 0.5)
-    assert bool(said.held_by) is (said.value == 0.5)
+    doubts = _doubts("nothing_missing", tests, reference=reference, odd_kept=odd)
+    said = sureness(0.95, doubts)
+    assert said == Sureness(0.95) if sure and not odd else (said.value == LIKELY and said.held_by)
 
 
 @pytest.mark.parametrize(
-    ("reason", "most"),
+    ("known", "most"),
     [
-        ("on_one", 0.75),
-        ("unread", 0.75),
-        ("one_explains", 0.75),
-        ("codes", 0.75),
-        ("other_cause", 0.5),
-        ("knows_noise", 0.5),
+        ({}, 1.0),
+        ({"knows_noise": True}, LIKELY),
+        ({"odd_kept": True}, MOSTLY),
+        ({"products": {"a": ("T", "sigma_n")}}, MOSTLY),
+        ({"shares": ErrorShares(1.0, 0.95, 0.5, 3.0, (0.4, 1.2), "reference", 3.0)}, MOSTLY),
     ],
 )
-def test_a_reason_to_doubt_an_answer_holds_it(reason: str, most: float) -> None:
-    names = {n for _, w in WEIGHTS.values() for n in w} | {"left", "beyond"}
-    grounds = dict.fromkeys(names, 0.0) | {"log_tests": 3.4, "certain": 6.0, "gap": 1.0}
-    campaign: Any = SimpleNamespace(tests=["t"] * 30, mu=np.ones(30), point_test=np.arange(30))
-    found: Any = SimpleNamespace(floor=SimpleNamespace(known=True, total=0.01, sensor=0.001), ranking=[])
-    reasons = dict.fromkeys(
-        (
-            "grouped",
-            "knows_noise",
-            "odd_kept",
-            "unread",
-            "on_one",
-            "other_cause",
-            "one_explains",
-            "as_it_is",
-            "codes",
-        ),
-        False,
-    )
-    plain, doubted = (
-        sureness(campaign, found, Confirmation("explained"), grounds, off=None, **known)
-        for known in (reasons, reasons | {reason: True})
-    )
-    assert plain.value > 0.9 and not plain.held_by
-    assert doubted.value == most and len(doubted.held_by) == 1
+def test_a_reason_to_doubt_a_name_holds_it(known: dict[str, Any], most: float) -> None:
+    doubts = _doubts("explained", **known)
+    assert least(doubts) == most and len(doubts) == (most < 1.0)
+
+
+def test_the_worst_doubt_holds_an_answer_and_is_told() -> None:
+    doubts = [Doubt("one", MOSTLY), Doubt("two", EVEN), Doubt("two", EVEN)]
+    assert sureness(0.9, doubts) == Sureness(EVEN, ("two",)) and sureness(0.4, doubts) == Sureness(0.4)
 
 
 @pytest.mark.parametrize(
@@ -163,6 +148,7 @@ def test_the_fit_finds_the_shares_of_right_answers(monkeypatch: pytest.MonkeyPat
             grounds = {n: float(rng.uniform(0.0, 3.0)) for _, w in WEIGHTS.values() for n in w} | {
                 "beyond": 0.0,
                 "left": 0.0,
+                "most": 1.0,
             }
             good = rng.random() < 0.5 + 0.15 * grounds[next(iter(WEIGHTS[kind_of(verdict)][1]))]
             kind = {"unknown_structure": "outside", "nothing_missing": "null"}.get(verdict, "single")

@@ -13,7 +13,7 @@ from benchmarks.discovery_campaigns import campaign
 from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose, refine
-from friction_models.discovery.answer.summaries import unrecorded_factor
+from friction_models.discovery.causes.test_groups import unrecorded_factor
 from friction_models.discovery.refinement_rounds import history_text
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.answer.lone_levels import about_lone_levels
+from friction_models.discovery.causes.lone_levels import about_lone_levels
 from friction_models.estimation.campaign.binning import prepare
 
 

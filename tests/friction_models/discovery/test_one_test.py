@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from friction_models import LinearFriction
-from friction_models.discovery.judge.one_test import resting_on_one
+from friction_models.discovery.causes.one_test import resting_on_one
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.search.base_law import base_law

@@ -10,12 +10,12 @@ from ...estimation.fit.parameters import FittedTerms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray
-from ..judge.one_test import resting_on_one
-from .findings import TestGroups
-from .fit_warnings import draws_another_law
+from ..judge.doubts import EVEN, LIKELY, MOSTLY, Doubt
+from .another_law import draws_another_law
 from .lone_levels import about_lone_levels
+from .one_test import resting_on_one
 from .run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
-from .summaries import unrecorded_factor
+from .test_groups import TestGroups, unrecorded_factor
 
 
 @dataclass(frozen=True)
@@ -54,15 +54,17 @@ class OtherCauses:
             draws_another_law(campaign, fitted, sharper),
         )
 
-    @property
-    def grouped(self) -> bool:
-        """Whether what nobody recorded, or nothing else shows, sets tests apart."""
-        return self.factor is not None or bool(self.in_order or self.lone_levels)
-
-    @property
-    def do_as_well(self) -> bool:
-        """Whether a jump or another law does as well as a name."""
-        return bool(self.jumps or self.instead) or self.another_law
+    def doubts(self, verdict: str) -> list[Doubt]:
+        """Return what of them speaks against a verdict."""
+        grouped = self.factor is not None or bool(self.in_order or self.lone_levels)
+        found = []
+        if grouped and verdict == "nothing_missing":
+            found.append(Doubt("tests differ by something that was not recorded", EVEN))
+        if self.jumps or self.instead or self.another_law:
+            found.append(Doubt("a jump of the tests or another law along the load does as well", LIKELY))
+        if self.on_one:  # of 23 such answers 17 were right
+            found.append(Doubt("a name rests on one test", MOSTLY))
+        return found
 
     def warnings(self) -> list[str]:
         """Return what there is to say of them, but of the factor and of another law, which have their own places."""

@@ -12,8 +12,9 @@ from ...estimation.noise.reference_variances import STRONG
 from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray
 from ...loads.contract import ORDER
-from .sentence import JUMP
 
+#: What a sentence about tests begins with that do not drift, but jump.
+JUMP = "the levels of the tests jump"
 #: Fewest tests of which that is said.
 LEAST_TESTS = 12
 #: Standard deviations from what the correlation is by chance (one such case of 2000).
