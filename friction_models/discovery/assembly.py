@@ -25,9 +25,7 @@ from .answer.findings import FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
 from .answer.not_first import comes_closest, why_not_first
 from .answer.reservations import (
-    about_codes,
     about_the_noise,
-    codes_along,
     could_hide,
     held,
     reservations,
@@ -36,29 +34,18 @@ from .answer.reservations import (
 from .answer.sentence import Sentence
 from .answer.summaries import averages, base_residual, binned_bias, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
+from .causes.codes import about_codes, codes_along
 from .causes.other_causes import OtherCauses
 from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import NextTest, propose
+from .how_sure import HowSure
 from .judge.closest import Closest, closest_of
-from .judge.confidence import grounds, undoubted
 from .judge.confirmation import EXPLAINED, NAMED
-from .judge.doubts import (
-    BLURRED,
-    LIKELY,
-    MOSTLY,
-    ZERO_UNREAD,
-    Doubt,
-    Sureness,
-    blurred,
-    doubts_of,
-    least,
-    sureness,
-)
+from .judge.doubts import BLURRED, LIKELY, blurred
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
 from .judge.judged import Judged
 from .judge.level_offset import LevelOffset, level_of
-from .judge.load_doubts import load_doubts
 from .judge.verdict import LEVEL
 
 
@@ -115,8 +102,8 @@ class _Assembly:
             verdict=self.verdict,
             sentence=self._sentence(),
             effects=self.names,
-            confidence=self.sure,
-            grounds={**self.grounds, "most": least([*self.doubts, *self.of_loads])},
+            confidence=self.sure.value,
+            grounds=self.sure.grounds,
             confusion_set=self.confusion,
             ranking=[
                 {
@@ -149,7 +136,7 @@ class _Assembly:
     def _level(self) -> LevelOffset:
         """Return the level of a model as it is; a linear shift of the model, fitted beside it, contains its level."""
         if self.base.fixed and (self.base.scaled or self.base.columns.shape[1] == 1):
-            return level_of(self.found, self.chosen if self.named else [], self.base.scaled)
+            return level_of(self.found, self.judged.named, self.base.scaled)
         return LevelOffset()
 
     def _level_matters(self) -> bool:
@@ -158,19 +145,14 @@ class _Assembly:
         return missing > EXPLAINED * (missing + explained)
 
     @cached_property
-    def grounds(self) -> dict[str, float]:
-        """What the confidence rests on."""
-        return grounds(self.found, self.evidence, self.confirmed, len(self.campaign.tests))
-
-    @cached_property
     def causes(self) -> OtherCauses:
         """What else may have made what is named or left."""
         left = self.fitted.residual if self.named else base_residual(self.campaign, self.found)
         # what loads and metadata say of unseen tests is no group that nobody recorded
         beyond = self.confirmed.beyond
         unknown = left if beyond is None else left - beyond
-        chosen = self.chosen if self.named else []
-        return OtherCauses.of(self.campaign, self.found, chosen, self.fitted, unknown, self.confirmed.sharper)
+        named = self.judged.named
+        return OtherCauses.of(self.campaign, self.found, named, self.fitted, unknown, self.confirmed.sharper)
 
     @cached_property
     def unread(self) -> bool:
@@ -191,35 +173,18 @@ class _Assembly:
         return unseen_sizes(self.found) if nothing and not self.confirmed.within_resolution else {}
 
     @cached_property
-    def of_loads(self) -> list[Doubt]:
-        """What loads that the tests hardly show leave open."""
-        return load_doubts(self.campaign, self.verdict, self.chosen if self.named else [])
-
-    @cached_property
-    def doubts(self) -> list[Doubt]:
-        """What else speaks against the verdict."""
-        doubts = doubts_of(self.campaign, self.base, self.judged, self.grounds, self.level.off)
-        doubts += self.causes.doubts(self.verdict)
-        if self.unread:
-            doubts.append(Doubt(ZERO_UNREAD, MOSTLY))
-        if self.closest is not None and self.closest.explains:
-            # of thirteen such answers to campaigns of three authors eight were right
-            reason = "one effect would explain what is missing, if its form were another"
-            doubts.append(Doubt(reason, MOSTLY))
-        if self.codes:
-            doubts.append(Doubt("the numbers of a column may be names", MOSTLY))
-        return doubts
-
-    @cached_property
-    def how_sure(self) -> Sureness:
-        """How sure the answer is where the tests show the loads that matter."""
-        off = self.level.p_value if self.level.off else None
-        return sureness(undoubted(self.confirmed, self.grounds, off), self.doubts)
-
-    @cached_property
-    def sure(self) -> float:
-        """The confidence, as files have it: the sentence and a page made of them say the same."""
-        return round(sureness(self.how_sure.value, self.of_loads).value, 3)
+    def sure(self) -> HowSure:
+        """How sure the answer is."""
+        return HowSure.of(
+            self.campaign,
+            self.base,
+            self.judged,
+            self.causes,
+            self.level,
+            self.closest,
+            unread=self.unread,
+            codes=bool(self.codes),
+        )
 
     @cached_property
     def codes(self) -> dict[str, list[int]]:
@@ -241,8 +206,8 @@ class _Assembly:
 
     def _warnings(self) -> list[str]:
         campaign, found, level = self.campaign, self.found, self.level
-        most = least(self.of_loads)
-        unsure = self.sure <= LIKELY < most and self.causes.factor is None
+        sure = self.sure
+        unsure = sure.value <= LIKELY and not sure.held_by_loads and self.causes.factor is None
         # of a mu that is nothing everywhere there are no outliers
         blurs = blurred(campaign, self.judged) and self.floor["total"] >= BLURRED * self.usual_mu
         hides = self.floor["total"] if blurs and np.any(campaign.mu) else None
@@ -253,8 +218,8 @@ class _Assembly:
             *campaign.warnings,
             *limits(campaign, self.base, self.evidence),
             *self.judged.notes,
-            *(doubt.reason for doubt in self.of_loads),
-            *(held(self.how_sure) if self.how_sure.value <= most else []),
+            *(doubt.reason for doubt in sure.of_loads),
+            *([] if sure.held_by_loads else held(sure.beside_loads)),
             *same_columns(campaign, self.effects, [f.effect for f in found.ranking]),
             *self.causes.warnings(),
             *uncertain_drivers(self.whole[0], self.fitted.terms),
@@ -273,7 +238,7 @@ class _Assembly:
         questions = questions_of(self.judged, self.confusion, self.unread)
         gaps = [OpenGap("", gap, 0.0) for own in self.untested.values() for gap in own]
         gaps += open_gaps(self.campaign, self.fitted)
-        answer = answer_of(self.verdict, self.sure)
+        answer = answer_of(self.verdict, self.sure.value)
         return propose(self.campaign, questions, self.mu, self.base, answer, gaps, self.unread)
 
     def _sentence(self) -> str:
@@ -287,7 +252,7 @@ class _Assembly:
             evidence=self.evidence,
             chosen=self.chosen,
             confusion=self.confusion,
-            confidence=self.sure,
+            confidence=self.sure.value,
             campaign=self.campaign,
             where=self.where,
             by_factor=self.level.factor is not None,

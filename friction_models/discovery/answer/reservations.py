@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ...common.wording import counted, listed
 from ...estimation.campaign.binned_tests import BinnedTests
-from ...estimation.campaign.metadata import is_text
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
-from ...estimation.search.structure import StructurePlace
 from ...loads import LOAD_NAMES
 from ..judge.confirmation import NAMED, Confirmation
 from ..judge.doubts import LITTLE, Sureness, takes_little
@@ -19,8 +15,6 @@ from ..judge.identifiability import standing_in
 from ..judge.verdict import LEVEL
 from .wording import mu_format, settings_text
 
-#: Whole numbers in a column of the test table that may be names, if there are no more.
-MOST_CODES = 8
 #: Share of mu from which on what could hide is said.
 MATTERS = 0.25
 #: Tests that change along their path by more than this share of mu, each in a way of its own, and by so many times the sensor's noise, wander.
@@ -120,32 +114,6 @@ def reservations(
             f"{', '.join(varied)}, and some of them repeated, to show the scatter between tests"
         )
     return said
-
-
-def codes_along(campaign: BinnedTests, where: Sequence[StructurePlace]) -> dict[str, list[int]]:
-    """Return the columns of the test table along which most is left and whose few whole numbers may be names, with these."""
-    found = {}
-    for name in [n for place in where[:1] for n in place["variables"]]:
-        if name in campaign.system and not is_text(campaign.loads, name):
-            levels = np.unique(campaign.system[name])
-            if len(levels) <= MOST_CODES and np.array_equal(levels, np.rint(levels)):
-                found[name] = [int(v) for v in levels]
-    return found
-
-
-def about_codes(codes: dict[str, list[int]]) -> list[str]:
-    """Return what may be wrong with columns of codes.
-
-    Examples
-    --------
-    >>> about_codes({"coating": [1, 2, 3]})
-    ['coating is taken as a quantity of 1, 2 and 3: if these are names, write them as text (c1, c2, ...), and each gets an offset of its own']
-    """
-    return [
-        f"{name} is taken as a quantity of {listed(map(str, levels))}: if these are names, write them as text ({name[0]}{levels[0]}, {name[0]}{levels[1]}, ...), and each "
-        "gets an offset of its own"
-        for name, levels in codes.items()
-    ]
 
 
 def could_hide(hidden: dict[str, tuple[float, float]], mu: float) -> list[str]:

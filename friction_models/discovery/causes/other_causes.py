@@ -59,9 +59,10 @@ class OtherCauses:
         grouped = self.factor is not None or bool(self.in_order or self.lone_levels)
         found = []
         if grouped and verdict == "nothing_missing":
-            found.append(Doubt("tests differ by something that was not recorded", EVEN))
+            found.append(Doubt("tests differ by something that was not recorded", LIKELY))
         if self.jumps or self.instead or self.another_law:
-            found.append(Doubt("a jump of the tests or another law along the load does as well", LIKELY))
+            # of 37 such answers to campaigns of three authors 21 were right
+            found.append(Doubt("a jump of the tests or another law along the load does as well", EVEN))
         if self.on_one:  # of 23 such answers 17 were right
             found.append(Doubt("a name rests on one test", MOSTLY))
         return found

@@ -82,7 +82,7 @@ def doubts_of(
     doubts = _doubts(
         # they draw a law their way, and swell the floor: of five names four were right
         (judged.odd_kept, MOSTLY, "tests lie far off all others"),
-        (judged.knows_noise, LIKELY, "the model knows the noise of these points"),
+        (judged.knows_noise, EVEN, "the model knows the noise of these points"),
         (not judged.found.floor.known, LIKELY, "nothing says how much these tests scatter"),
     )
     if verdict == "nothing_missing":
@@ -152,13 +152,13 @@ def _of_names(campaign: BinnedTests, judged: Judged, seen: float) -> list[Doubt]
         (along_another, MOSTLY, "a load of what is named goes with another one in these tests"),
         # six of forty straight laws in nine tests had a name
         (few, MOSTLY, f"there are fewer than {FEW_TESTS} tests, and the search is not sure"),
-        # if not for certain: of ten such answers about half were right
         (bool(confirmed.parts), MOSTLY, "two laws of one load each do as well"),
-        (bool(confirmed.products), MOSTLY, "a product of two loads does as well"),
-        (in_form, MOSTLY, "one name may only mend the form of another"),
+        # of seven such answers to campaigns of three authors two were right
+        (bool(confirmed.products), EVEN, "a product of two loads does as well"),
+        (in_form, EVEN, "one name may only mend the form of another"),  # of six, three
         (takes_little(confirmed.shares), MOSTLY, "what is named takes little of the error"),
-        # of 47 answers of several names to campaigns of another author seven had one, and all were wrong
-        (bool(little), MOSTLY, f"{little} may only mend the form of the others"),
+        # of seven, two
+        (bool(little), EVEN, f"{little} may only mend the form of the others"),
     )
 
 

@@ -36,6 +36,11 @@ class Judged:
         return self.confirmed.chosen
 
     @property
+    def named(self) -> list[Fit]:
+        """The effects that the verdict names; none where it is one without names."""
+        return self.chosen if self.verdict in NAMED else []
+
+    @property
     def confusion(self) -> list[str]:
         """What cannot be told from the first name, the name itself first; then further names, each before its own rivals."""
         if self.verdict not in NAMED or not self.chosen:

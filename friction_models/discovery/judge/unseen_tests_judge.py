@@ -199,6 +199,8 @@ class UnseenTestsJudge:
             physical = any(kind != "fault" for kind in kinds)
             if verdict == "data_problem" and physical:
                 verdict = "explained"  # a rival that unseen tests prefer took the place of the fault, or stands beside it
+            elif verdict == "explained" and not physical:
+                verdict = "data_problem"
             return "partly_explained" if shares.left > EXPLAINED and physical else verdict
         if verdict in NAMED or verdict == "nothing_missing":
             return (

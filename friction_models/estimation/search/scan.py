@@ -10,8 +10,9 @@ from ...effects.base import Effect
 from ...loads import FloatArray
 from .candidates import Candidate
 
-#: Least share of a candidate's whitened variation that the base must leave, else it cannot be seen.
-VISIBLE = 1e-3
+#: Least share of a candidate's whitened variation that the base must leave, else it cannot be seen. Noise within tests is so
+#: small that a slope along them may outweigh all that sets the tests apart.
+VISIBLE = 1e-4
 #: A correct instrument is the better bet: what a fault must explain beyond a physical effect.
 FAULT_PENALTY = 3.0
 

@@ -60,3 +60,24 @@ def test_metadata_that_says_nothing_is_hardly_ever_taken() -> None:
         taken.append(metadata_that_sets_tests_apart(campaign, base, candidates).shape[1] > 0)
     # as many as the level allows, by chance alone
     assert sum(taken) <= binom.ppf(0.999, len(taken), LEVEL)
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+def test_contact_that_heats_along_each_test_does_not_hide_how_warm_the_tool_was(seed: int) -> None:
+    """Friction falls with the rise of temperature over the tool, 0.03 in 60 K: beside the slope of T only the tools differ."""
+    rng = np.random.default_rng([seed, 10])
+    plan = rng.permutation([(t, v, p) for t in (50, 120, 200) for v in (20, 100) for p in (300, 500, 700)])
+    along, parts = np.linspace(0.0, 1.0, 30), []
+    for k, (tool, v_rel, sigma_n) in enumerate(np.vstack([plan, plan[:6]])):
+        rise = 90.0 * np.sqrt(v_rel / 100.0) * sigma_n / 500.0 * np.sqrt(along)
+        noise = 1.0 + 0.03 * rng.normal() + 0.01 * rng.normal(size=len(along))
+        parts.append(
+            pd.DataFrame(
+                {"test_id": f"t{k}", "T_tool": tool, "sd": 30.0 * along, "t": 30.0 * along / v_rel,
+                 "T": tool + rise, "v_rel": v_rel, "sigma_n": sigma_n, "mu": (0.1 - 0.03 * rise / 60.0) * noise}
+            )
+        )  # fmt: skip
+    data = pd.concat(parts, ignore_index=True)
+    tests = data.groupby("test_id", sort=False)["T_tool"].first().reset_index()
+    found = diagnose(data.drop(columns="T_tool"), tests)
+    assert found.verdict == "data_problem" and found.effects == ["twin_heating"], found.sentence
