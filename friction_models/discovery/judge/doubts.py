@@ -83,7 +83,7 @@ def doubts_of(
         # they draw a law their way, and swell the floor: of five names four were right
         (judged.odd_kept, MOSTLY, "tests lie far off all others"),
         (judged.knows_noise, EVEN, "the model knows the noise of these points"),
-        (not judged.found.floor.known, LIKELY, "nothing says how much these tests scatter"),
+        (not judged.found.floor.known, EVEN, "nothing says how much these tests scatter"),
     )
     if verdict == "nothing_missing":
         return [*doubts, *_of_nothing(campaign, judged, grounds["reference"])]
@@ -119,7 +119,7 @@ def _of_nothing(campaign: BinnedTests, judged: Judged, reference: float) -> list
     return _doubts(
         (few, LIKELY, f"there are fewer than {LEAST_TESTS} tests"),
         (blurred(campaign, judged), LIKELY, "the noise is more than half of mu"),
-        (clipped, LIKELY, "many readings of mu were clipped"),
+        (clipped, EVEN, "many readings of mu were clipped"),
         (reference > 0.0, LIKELY, "flexible curves predict unseen tests a little better"),
         (judged.odd_kept, LIKELY, "tests that lie far off hide what is missing"),
         (judged.confirmed.lacks_fit, LIKELY, "settings differ by more than their repeats"),
@@ -143,7 +143,7 @@ def _of_names(campaign: BinnedTests, judged: Judged, seen: float) -> list[Doubt]
     along_another = any(one_load(campaign, f.effect.driver) for f in chosen)
     in_form = bool(standing_in(judged.found, chosen))
     return _doubts(
-        (hidden, LIKELY, "the noise is more than half of mu"),
+        (hidden, EVEN, "the noise is more than half of mu"),
         (bool(confirmed.own_form), EVEN, "the model itself could do as well"),
         # as likely a law of pressure
         (too_large and [f.name for f in chosen] == [ZERO], EVEN, "no cell is off by as much"),

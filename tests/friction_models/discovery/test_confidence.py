@@ -114,9 +114,9 @@ def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_noth
     ("known", "most"),
     [
         ({}, 1.0),
-        ({"knows_noise": True}, LIKELY),
+        ({"knows_noise": True}, EVEN),
         ({"odd_kept": True}, MOSTLY),
-        ({"products": {"a": ("T", "sigma_n")}}, MOSTLY),
+        ({"products": {"a": ("T", "sigma_n")}}, EVEN),
         ({"shares": ErrorShares(1.0, 0.95, 0.5, 3.0, (0.4, 1.2), "reference", 3.0)}, MOSTLY),
     ],
 )

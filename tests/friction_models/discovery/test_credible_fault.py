@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.discovery_campaigns import campaign
 from friction_models.discovery import Diagnosis, diagnose
+from friction_models.discovery.judge.doubts import MOSTLY
 
 CATALOGUE = ("thermal_softening", "pressure_saturation", "force_zero", "stribeck")
 #: Lowest pressure of the tests, MPa.
@@ -49,7 +50,7 @@ def test_an_arch_over_the_pressure_is_no_offset_of_a_cell() -> None:
 
 def test_an_offset_beside_physics_is_to_be_read_first() -> None:
     found = _diagnosed("offset")
-    assert found.effects == ["thermal_softening", "force_zero"] and found.confidence <= 0.75
+    assert found.effects == ["thermal_softening", "force_zero"] and found.confidence <= MOSTLY
     assert "only a reading without load" in found.sentence
     assert found.next_tests[0]["protocol"] == "zero reading"
     assert any(w.startswith("force_zero makes up to 0.02 of mu, and 2") for w in found.warnings)
@@ -71,7 +72,7 @@ def _two_lots(share: float) -> tuple[pd.DataFrame, pd.DataFrame]:
 def test_a_drift_too_large_for_a_sensor_does_not_lead_what_changed_in_the_order_of_the_tests() -> None:
     found = diagnose(*_two_lots(0.12))
     assert found.effects == ["factor:lot"] and "sensor_drift" in found.confusion_set, found.sentence
-    assert found.verdict == "ambiguous" and found.confidence <= 0.75
+    assert found.verdict == "ambiguous" and found.confidence <= MOSTLY
 
 
 @pytest.mark.nightly

@@ -8,6 +8,7 @@ import pytest
 from sklearn.ensemble import RandomForestRegressor
 
 from friction_models.discovery import diagnose
+from friction_models.discovery.judge.doubts import EVEN, LIKELY
 from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.noise.repeats import Repeats, metadata_of_tests, repeats_of, same_settings
 from friction_models.loads import LOAD_NAMES
@@ -159,7 +160,7 @@ def test_what_repeats_rule_out_is_not_called_noise() -> None:
     settings = loads["test_id"].str[:3]
     own = dict(zip(settings.unique(), np.random.default_rng(5).normal(0.0, 0.012, 12)))
     found = diagnose(measured(loads, 0.1 + settings.map(own), 5, test=0.001), model="linear")
-    assert found.verdict != "nothing_missing" or found.confidence <= 0.5
+    assert found.verdict != "nothing_missing" or found.confidence <= LIKELY
     assert any("repeated settings: their mu agrees" in w for w in found.warnings)
     assert found.noise_floor["total"] < 0.005
 
@@ -176,7 +177,7 @@ def test_a_model_that_learnt_these_points_is_no_proof() -> None:
     data = measured(loads, 0.12 - 1e-4 * loads["T"], 8)
     forest = RandomForestRegressor(40, random_state=0).fit(data[list(LOAD_NAMES)].to_numpy(), data["mu"])
     found = diagnose(data, model=forest)
-    assert found.confidence <= 0.5 and any("fitted to them" in w for w in found.warnings)
+    assert found.confidence <= EVEN and any("fitted to them" in w for w in found.warnings)
 
 
 @pytest.mark.nightly
@@ -191,7 +192,7 @@ def test_a_model_that_learnt_other_points_is_not_said_to_have_learnt_these() -> 
 def test_scatter_may_be_an_effect_of_a_load_that_was_not_recorded() -> None:
     loads = repeated(9, settings=16, each=1)
     found = diagnose(measured(loads, 0.1, 9).drop(columns="v_rel"))
-    assert found.verdict == "nothing_missing" and found.confidence <= 0.5
+    assert found.verdict == "nothing_missing" and found.confidence <= LIKELY
     assert any("scatter between tests may be an effect" in w for w in found.warnings)
 
 

@@ -14,6 +14,7 @@ from friction_models import LinearFriction
 from friction_models.common import InputError
 from friction_models.discovery import compare, diagnose, refine
 from friction_models.discovery.causes.test_groups import unrecorded_factor
+from friction_models.discovery.judge.doubts import LIKELY, MOSTLY
 from friction_models.discovery.refinement_rounds import history_text
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
@@ -70,7 +71,7 @@ def test_effects_of_absent_loads_are_no_rivals(lacking: list[str], stribeck: Tab
     answer = diagnose(stribeck[0].drop(columns=lacking), stribeck[1])
     assert answer.effects == ["stribeck"] and answer.confusion_set == ["stribeck"]
     # the load that nobody recorded may be the cause, if it went with the speed
-    assert 0.5 < answer.confidence <= 0.75
+    assert LIKELY < answer.confidence <= MOSTLY
     (untested,) = (w for w in answer.warnings if "flash_temperature" in w)
     assert untested.endswith("were not tested: the data lack sigma_n")
     assert any("may as well be an effect of a load that the data lack" in w for w in answer.warnings)
@@ -93,12 +94,12 @@ def test_a_friction_that_is_everywhere_the_same_lacks_nothing(mu: float, stribec
     found = diagnose(points.assign(mu=mu), tests)
     assert found.verdict == "nothing_missing"
     # Nobody is told for sure what is as likely as not.
-    assert ("nothing can be seen to be missing" in found.sentence) == (found.confidence <= 0.5)
+    assert ("nothing can be seen to be missing" in found.sentence) == (found.confidence <= LIKELY)
 
 
 def test_structure_may_come_from_a_load_that_is_not_there(stribeck: Table) -> None:
     answer = diagnose(stribeck[0][["test_id", "sigma_n", "mu"]])
-    assert answer.verdict != "nothing_missing" and answer.confidence <= 0.5
+    assert answer.verdict != "nothing_missing" and answer.confidence <= LIKELY
     assert any("data lack (v_rel, T, sd)" in w for w in answer.warnings)
 
 
@@ -250,7 +251,7 @@ def test_two_groups_of_tests_are_in_the_sentence() -> None:
     high = points["test_id"].isin(tests["test_id"].sample(30, random_state=0))
     answer = diagnose(points.assign(mu=points["mu"] + 0.04 * high))
     assert answer.unrecorded_factor is not None and answer.verdict == "nothing_missing"
-    assert answer.confidence <= 0.5
+    assert answer.confidence <= LIKELY
     assert "two groups 0.04" in answer.sentence and "(30 and 51 tests; the higher one: t0" in answer.sentence
 
 
@@ -298,7 +299,7 @@ def test_three_groups_of_tests_are_in_the_sentence() -> None:
     level = dict(zip(tests["test_id"], np.random.default_rng(1).permutation(81) % 3, strict=True))
     found = diagnose(points.assign(mu=points["mu"] + 0.025 * points["test_id"].map(level)))
     assert found.unrecorded_factor is not None and found.unrecorded_factor["groups"] == 3
-    assert found.confidence <= 0.5 and "the tests fall into several groups up to 0.02" in found.sentence
+    assert found.confidence <= LIKELY and "the tests fall into several groups up to 0.02" in found.sentence
 
 
 @pytest.mark.parametrize("draw", [pytest.param("normal", marks=pytest.mark.nightly), "skewed"])

@@ -11,8 +11,8 @@ import pytest
 
 from friction_models.discovery import diagnose
 from friction_models.discovery.judge.confidence import MOST_IN_ANOTHER_FORM
+from friction_models.discovery.judge.doubts import EVEN
 from friction_models.discovery.judge.naming import rivals
-from friction_models.estimation.search.unseen_loads import EITHER
 from friction_models.loads import FloatArray as Array
 from tests.friction_models.test_estimation_histories import ramps
 
@@ -87,7 +87,7 @@ def test_a_memory_of_the_speed_is_not_sure_where_no_test_changes_its_speed(seed:
     found = diagnose(at_one_speed_each(seed, 3.0, 100.0, 60.0, drying))
     assert found.verdict != "nothing_missing"
     if "rate_state" in found.effects:
-        assert found.confidence <= EITHER and found.verdict != "explained"
+        assert found.confidence <= EVEN and found.verdict != "explained"
         assert "v_rel to vary along a test" in " ".join(found.warnings)
         assert found.effects == ["rate_state"], "no further name for what these tests cannot show"
 

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
+from friction_models.discovery.judge.doubts import MOSTLY
 from friction_models.discovery.judge.identifiability import _tied_loads, one_load
 from friction_models.estimation.campaign.binning import prepare
 
@@ -29,7 +30,7 @@ def test_a_surface_that_grows_with_the_distance_in_every_test() -> None:
     found = diagnose(pd.concat(rows, ignore_index=True))
     assert found.verdict == "ambiguous", found.sentence
     assert {"surface_expansion", "wear_out"} <= {*found.confusion_set}
-    assert found.confidence <= 0.75
+    assert found.confidence <= MOSTLY
     assert any("along the tests" in w and "psi" in w and "sd" in w for w in found.warnings), found.warnings
 
 
@@ -102,7 +103,7 @@ def test_a_second_name_may_only_mend_the_form_of_the_first() -> None:
              "sigma_n": p * (0.95 + 0.05 * np.tanh(sd / 4.0)), "sd": sd, "psi": 1.0 + 0.1 * sd / 30.0 * p / 300.0, "mu": mu + rng.normal(0.0, 0.0017, 40)})
         )  # fmt: skip
     found = diagnose(pd.concat(rows, ignore_index=True))
-    assert len(found.effects) < 2 or found.confidence <= 0.75, found.sentence
+    assert len(found.effects) < 2 or found.confidence <= MOSTLY, found.sentence
 
 
 def test_only_the_load_that_moves_with_another_one_is_said_to() -> None:

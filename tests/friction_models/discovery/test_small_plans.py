@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
+from friction_models.discovery.judge.doubts import EVEN, MOSTLY
 from friction_models.loads import FloatArray
 
 #: The first three columns of the orthogonal array of nine tests, and a factorial at two levels, run twice; levels from 0 to 1.
@@ -45,7 +46,7 @@ def test_nine_tests_of_three_loads_show_a_law_that_their_noise_hides(
 ) -> None:
     """All were "no effect of the catalogue", 0.8 to 0.9 sure."""
     answers = [diagnose(table(NINE, LAWS[name], seed)) for seed in seeds]
-    assert all(a.confidence <= 0.75 for a in answers)
+    assert all(a.confidence <= MOSTLY for a in answers)
     assert sum(a.verdict in {"explained", "ambiguous"} and name in a.confusion_set for a in answers) >= least
 
 
@@ -55,13 +56,13 @@ def test_nine_tests_of_a_straight_law_hardly_ever_lack_anything() -> None:
         diagnose(table(NINE, lambda p, v, T: 0.11 - 2e-4 * p - 1e-5 * v + 1e-4 * T, k)) for k in range(40)
     )
     named = [a for a in laws if a.effects]
-    assert len(named) <= 8 and all(a.confidence <= 0.75 for a in named)
+    assert len(named) <= 8 and all(a.confidence <= MOSTLY for a in named)
 
 
 def test_two_levels_show_no_form_but_a_product() -> None:
     """Friction that rises where it is hot and pressed, by the plain product; it was a breakdown, 0.95 sure."""
     found = diagnose(table(TWO_LEVELS, lambda p, v, T: 0.09 + 5e-6 * (p - 20.0) * (T - 25.0), 0))
-    assert found.effects == ["hot_pressure_breakdown"] and found.confidence <= 0.75, found.sentence
+    assert found.effects == ["hot_pressure_breakdown"] and found.confidence <= EVEN, found.sentence
     assert any("the plain product of" in w for w in found.warnings), found.warnings
 
 
@@ -72,7 +73,7 @@ def test_numbers_that_are_names_are_told_to_be_written_as_text() -> None:
     coating = rng.integers(1, 5, len(points))
     points["mu"] += np.array([0.0, 0.03, 0.004, 0.024])[coating - 1]
     found = diagnose(points, pd.DataFrame({"test_id": points["test_id"], "coating": coating}))
-    assert found.confidence <= 0.75 and found.where[0]["variables"] == ["coating"], found.sentence
+    assert found.confidence <= MOSTLY and found.where[0]["variables"] == ["coating"], found.sentence
     assert any(w.startswith("coating is taken as a quantity of 1, 2, 3 and 4") for w in found.warnings)
     named = diagnose(
         points, pd.DataFrame({"test_id": points["test_id"], "coating": [f"c{k}" for k in coating]})
