@@ -10,7 +10,7 @@ from ...estimation.fit.parameters import FittedTerms
 from ...estimation.search.scan import Fit
 from ...estimation.search.search_round import SearchRound
 from ...loads import FloatArray
-from ..judge.doubts import EVEN, LIKELY, MOSTLY, Doubt
+from ..judge.doubts import EVEN, LIKELY, Doubt
 from .another_law import draws_another_law
 from .lone_levels import about_lone_levels
 from .one_test import resting_on_one
@@ -64,7 +64,7 @@ class OtherCauses:
             # of 37 such answers to campaigns of three authors 21 were right
             found.append(Doubt("a jump of the tests or another law along the load does as well", EVEN))
         if self.on_one:  # of 23 such answers 17 were right
-            found.append(Doubt("a name rests on one test", MOSTLY))
+            found.append(Doubt("a name rests on one test", LIKELY))
         return found
 
     def warnings(self) -> list[str]:

@@ -120,7 +120,7 @@ def _of_nothing(campaign: BinnedTests, judged: Judged, reference: float) -> list
         (few, LIKELY, f"there are fewer than {LEAST_TESTS} tests"),
         (blurred(campaign, judged), LIKELY, "the noise is more than half of mu"),
         (clipped, EVEN, "many readings of mu were clipped"),
-        (reference > 0.0, LIKELY, "flexible curves predict unseen tests a little better"),
+        (reference > 0.0, MOSTLY, "flexible curves predict unseen tests a little better"),
         (judged.odd_kept, LIKELY, "tests that lie far off hide what is missing"),
         (judged.confirmed.lacks_fit, LIKELY, "settings differ by more than their repeats"),
     )
@@ -149,7 +149,7 @@ def _of_names(campaign: BinnedTests, judged: Judged, seen: float) -> list[Doubt]
         (too_large and [f.name for f in chosen] == [ZERO], EVEN, "no cell is off by as much"),
         (too_large, MOSTLY, ZERO_UNREAD),
         # of 59 such answers to some thousand made-up campaigns 43 were right
-        (along_another, MOSTLY, "a load of what is named goes with another one in these tests"),
+        (along_another, LIKELY, "a load of what is named goes with another one in these tests"),
         # six of forty straight laws in nine tests had a name
         (few, MOSTLY, f"there are fewer than {FEW_TESTS} tests, and the search is not sure"),
         (bool(confirmed.parts), MOSTLY, "two laws of one load each do as well"),
