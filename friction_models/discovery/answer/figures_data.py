@@ -51,6 +51,9 @@ class LoadMap:
     #: Shape (k + 1,), (m + 1,).
     x_edges: FloatArray
     y_edges: FloatArray
+    #: Mean load of the points in each column and row of cells, its middle where there are none: the level, where a plan has some. Shapes (k,), (m,).
+    x_measured: FloatArray
+    y_measured: FloatArray
     tests: FloatArray  #: Tests in each cell, shape (m, k).
     #: By ``before`` and ``after``; NaN in cells without a test. Every test counts once in a cell. Shape (m, k).
     mean: dict[str, FloatArray]
@@ -61,12 +64,16 @@ def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | No
     pair = pair or mapped_loads(averages)
     if pair is None:
         return None
-    places, edges = [], []
+    places, edges, measured = [], [], []
     for name in pair:
         values = averages[name].to_numpy()
         edge = np.linspace(values.min(), values.max(), cells + 1)
         edges.append(edge)
-        places.append(np.clip(np.searchsorted(edge, values, side="right") - 1, 0, cells - 1))
+        place = np.clip(np.searchsorted(edge, values, side="right") - 1, 0, cells - 1)
+        places.append(place)
+        points = np.bincount(place, minlength=cells)
+        total = np.bincount(place, values, cells)
+        measured.append(np.where(points > 0, total / np.maximum(points, 1), 0.5 * (edge[1:] + edge[:-1])))
     test = pd.factorize(averages["test_id"])[0]
     each = (
         pd.DataFrame({"x": places[0], "y": places[1], "test": test})
@@ -82,7 +89,8 @@ def load_map(averages: pd.DataFrame, cells: int = 10, pair: tuple[str, str] | No
         mean[part][rows, columns] = grouped[part].mean().to_numpy()
     tests = np.zeros((cells, cells))
     tests[rows, columns] = grouped.size().to_numpy()
-    return LoadMap(pair[0], pair[1], edges[0], edges[1], tests, mean)
+    (x_edges, y_edges), (x_measured, y_measured) = edges, measured
+    return LoadMap(*pair, x_edges, y_edges, x_measured, y_measured, tests, mean)
 
 
 def effect_curve(

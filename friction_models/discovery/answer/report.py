@@ -128,17 +128,16 @@ def _grid(d: Findings, found: LoadMap | None) -> list[str]:
     lines = [f"The same over {found.x} and {found.y}, in 0.001 (blank: no test there)"]
     parts = ["before", *(["after"] if d.effects else [])]
     head = f"  {with_unit(found.y):>14} "
-    middles = [f"{m:.4g}" for m in 0.5 * (found.x_edges[1:] + found.x_edges[:-1])]
+    across = [f"{x:.4g}" for x in found.x_measured]
     cells = {p: [[_cell(v) for v in row] for row in found.mean[p]] for p in parts}
     # At least one blank between columns, whatever stands in them.
-    width = max(7, *(len(c) + 1 for c in [*middles, *(c for p in parts for row in cells[p] for c in row)]))
-    axis = "".join(f"{m:>{width}}" for m in middles)
+    width = max(7, *(len(c) + 1 for c in [*across, *(c for p in parts for row in cells[p] for c in row)]))
+    axis = "".join(f"{m:>{width}}" for m in across)
     lines.append(head + "   ".join(f"{p + ', ' + with_unit(found.x):<{width * CELLS}}" for p in parts))
     lines.append(" " * len(head) + "   ".join([axis] * len(parts)))
     for k in reversed(range(CELLS)):
-        middle = 0.5 * (found.y_edges[k] + found.y_edges[k + 1])
         rows = ["".join(f"{c:>{width}}" for c in cells[p][k]) for p in parts]
-        lines.append(f"  {middle:>14.4g} " + "   ".join(rows))
+        lines.append(f"  {found.y_measured[k]:>14.4g} " + "   ".join(rows))
     return [x.rstrip() for x in lines]
 
 

@@ -82,14 +82,16 @@ def map_chart(found: LoadMap, parts: Sequence[str]) -> Chart:
     """Return the mean residual over two loads, one panel a part (``before``, ``after``); empty cells stay blank."""
     chart = Chart(len(parts), legend=False, titles=parts, shared_yaxes=True, horizontal_spacing=0.03)
     largest = float(np.nanmax(np.abs(found.mean[parts[0]]))) or 1.0
+    x, y = np.meshgrid(found.x_measured, found.y_measured)
+    cells = np.dstack([found.tests, x, y])
     for panel, part in enumerate(parts):
         chart.figure.add_heatmap(
-            x=found.x_edges, y=found.y_edges, z=found.mean[part], customdata=found.tests,
+            x=found.x_edges, y=found.y_edges, z=found.mean[part], customdata=cells,
             colorscale=SIGNED, zmin=-largest, zmax=largest, zmid=0.0, hoverongaps=False, xgap=1, ygap=1,
             colorbar={"title": {"text": "measured &#8722; model (mu)", "side": "right"}, "thickness": 12, "len": 1.0,
                       "outlinewidth": 0, "tickformat": "+.3f"},
             showscale=panel == len(parts) - 1, **chart.place(panel),
-            hovertemplate=f"{found.x} %{{x:.4g}}, {found.y} %{{y:.4g}}<br>%{{z:+.4f}} from %{{customdata}} tests<extra></extra>",
+            hovertemplate=f"{found.x} %{{customdata[1]:.4g}}, {found.y} %{{customdata[2]:.4g}}<br>%{{z:+.4f}} from %{{customdata[0]}} tests<extra></extra>",
         )  # fmt: skip
     chart.dress(380, x=with_unit(found.x), y=with_unit(found.y), margin_t=44)
     chart.figure.update_yaxes(showgrid=False, zeroline=False)
