@@ -260,6 +260,7 @@ class _Assembly:
             close=close,
             unread=self.unread,
             hidden=blind or stands_out(self.found, confirmed) is not None,
+            by_settings=confirmed.by_repeats and not self.where,
             jump=self.causes.jumps.get(self.names[0]) if self.names else None,
         ).text()
 

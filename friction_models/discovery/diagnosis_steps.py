@@ -184,7 +184,7 @@ def _base_prediction(campaign: BinnedTests, base: BaseLaw) -> FloatArray:
 
 
 def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
-    """Return the share of the points outside the domain that the model was trained on; 0 if it has none."""
+    """Return the share of the points outside the domain that the model was trained on, every test with the same weight; 0 if it has none."""
     model = base.model
     if isinstance(model, FrictionModel):
         if not hasattr(model, "domain_"):
@@ -196,7 +196,9 @@ def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
         return 0.0
     if isinstance(domain, Domain):
         domain = domain.without(campaign.absent)
-    return float(np.mean(np.asarray(domain.distance(campaign.loads.as_array())) > 0.1))
+    outside = np.asarray(domain.distance(campaign.loads.as_array())) > 0.1
+    points = np.bincount(campaign.point_test)
+    return float(np.mean(np.bincount(campaign.point_test, outside) / points))
 
 
 def _unexplained(confirmed: Confirmation) -> bool:

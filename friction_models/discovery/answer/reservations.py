@@ -81,6 +81,11 @@ def reservations(
         "that, and no effect"
         for name, beside in confirmed.own_form.items()
     ]
+    if confirmed.by_powers:
+        said.append(
+            f"in the place of {listed(confirmed.by_powers)}, a power law of the loads predicts unseen tests about as well as the straight law does with it: "
+            "the loads may multiply, and no effect be missing; try the model power_law"
+        )
     if (explains := confirmed.own_form_explains) is not None:
         beside = f"{explains.effect} and " if explains.effect else ""
         said.append(

@@ -44,6 +44,9 @@ class Sentence:
     )
     hidden: bool = False  #: Whether an effect stands out, or would not show.
     jump: str | None = None  #: Where the tests jump in their order.
+    by_settings: bool = (
+        False  #: Whether settings differ by more than their repeats, and nothing predicts how.
+    )
 
     def text(self) -> str:
         """Return the sentence as a user reads it."""
@@ -66,10 +69,10 @@ class Sentence:
 
     def _partly_explained(self) -> str:
         verb, it = ("is", "it") if len(self.chosen) == 1 else ("are", "them")
-        return (
-            f"{self._labels} {verb} missing from {self._model}: {self._what}; with {it} the error on unseen tests falls, but something else "
-            f"that can be predicted is left{self._rest} {self._sure()}."
-        )
+        rest = f"something else that can be predicted is left{self._rest}"
+        if self.by_settings:
+            rest = "settings still differ by more than their repeats, and nothing predicts how"
+        return f"{self._labels} {verb} missing from {self._model}: {self._what}; with {it} the error on unseen tests falls, but {rest} {self._sure()}."
 
     def _ambiguous(self) -> str:
         known = {f.name: f.effect.label for f in self.evidence.found.ranking}
@@ -108,7 +111,7 @@ class Sentence:
 
     def _out_of_domain(self) -> str:
         return (
-            f"{100 * self.evidence.outside:.0f} % of the points lie outside the loads that {self._model} was trained on; no effect can be "
+            f"{100 * self.evidence.outside:.0f} % of the points, every test counted alike, lie outside the loads that {self._model} was trained on; no effect can be "
             "judged there."
         )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 import pandas as pd
 
 from ...common import InputError
@@ -17,7 +18,8 @@ def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]
     """Return the tests of several campaigns with one lubricant as one data set, and a sentence for each thing that was changed.
 
     The campaigns stand by name in the order in which they were run. A test whose name is taken is renamed to ``CAMPAIGN TEST``.
-    Tests without a role are for training. The run order continues from campaign to campaign. Points keep the columns that all
+    Tests without a role are for training. The run order continues from campaign to campaign; of a later one
+    that has none the tests follow as they stand. Points keep the columns that all
     campaigns have; missing cells of the test table stay empty.
     Raises InputError: no campaign, or a load that some campaigns hold and others lack.
     """
@@ -90,11 +92,14 @@ def _continued(
 ) -> tuple[pd.DataFrame, float]:
     """Return the test table under the new names with the run order after `last`, and the last place in it."""
     if tests is None:
-        return pd.DataFrame({"test_id": list(names.values())}), last
-    table = tests.assign(test_id=tests["test_id"].astype(str))
-    table = table[table["test_id"].isin(names)].reset_index(drop=True)
-    table["test_id"] = table["test_id"].map(names)
-    table = with_numbered_dates(table)
+        table = pd.DataFrame({"test_id": list(names.values())})
+    else:
+        table = tests.assign(test_id=tests["test_id"].astype(str))
+        table = table[table["test_id"].isin(names)].reset_index(drop=True)
+        table["test_id"] = table["test_id"].map(names)
+        table = with_numbered_dates(table)
+    if ORDER not in table.columns and last > 0.0:
+        table[ORDER] = np.arange(1.0, len(table) + 1.0)  # as they stand, after all before
     if ORDER in table.columns:
         order = pd.to_numeric(table[ORDER], errors="coerce")
         if order.notna().any():

@@ -76,18 +76,14 @@ class Settings:
         tool = campaign.system.get("T_tool")
         cold = array[firsts, 1] if tool is None else tool[firsts, 0]
         rise = array[:, 1] - np.repeat(cold, np.diff(np.r_[firsts, len(array)]))
-        lasts = np.r_[firsts[1:], len(array)] - 1
         fast = max(float(high[0]), 1e-9)
         slow = max(float(low[0]), 0.01 * fast, 1e-9)
-        distance = rounded(float(np.median(campaign.distance[lasts])))
-        if "sd" in campaign.absent or campaign.averaged or not distance > 0.0:
-            distance = USUAL_DISTANCE
         return cls(
             (rounded(slow), rounded(float(np.sqrt(slow * fast))), rounded(fast)),
             (rounded(low[2]), rounded(middle[2]), rounded(high[2])),
             (rounded(cold.min()), rounded(np.median(cold)), rounded(cold.max())),
             _shapes(campaign, max(float(middle[4]), 1e-3)),
-            distance,
+            _distance(campaign),
             Heating.learn(array[:, 2], array[:, 0], array[:, 3], rise),
             Stretching.learn(campaign),
             {
@@ -213,6 +209,18 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
             for p, v in product({usual, *ends}, {middle, fast})
         ]
     return found
+
+
+def _distance(campaign: BinnedTests) -> float:
+    """Return how far tests usually slide: what was set, else what they reached, or the mean that averages give [mm]."""
+    planned = campaign.system.get("sd_set")
+    lasts = np.r_[campaign.point_starts[1:], len(campaign.loads.sd)] - 1
+    reached = campaign.loads.sd if campaign.averaged else campaign.distance
+    values = reached[lasts] if planned is None else planned[lasts, 0]
+    distance = rounded(float(np.median(values)))
+    return (
+        distance if distance > 0.0 and not ("sd" in campaign.absent and planned is None) else USUAL_DISTANCE
+    )
 
 
 def _shapes(campaign: BinnedTests, usual: float) -> tuple[tuple[float | None, float], ...]:

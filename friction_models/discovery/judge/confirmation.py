@@ -52,6 +52,8 @@ class Confirmation:
     own_form: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     #: What the model itself could do to explain what is missing, where nothing is named; None where that is not enough.
     own_form_explains: OwnFormExplains | None = None
+    #: Names of several loads in whose place a power law of the loads does as well.
+    by_powers: tuple[str, ...] = ()
     little: tuple[str, ...] = ()  #: Of several names those without which the error hardly rises.
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Names that cancel slopes of the model, but that unseen tests prefer to all plain bends along their load.

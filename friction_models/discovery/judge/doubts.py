@@ -155,6 +155,7 @@ def _of_names(campaign: BinnedTests, judged: Judged, seen: float) -> list[Doubt]
         (bool(confirmed.parts), MOSTLY, "two laws of one load each do as well"),
         # of seven such answers to campaigns of three authors two were right
         (bool(confirmed.products), EVEN, "a product of two loads does as well"),
+        (bool(confirmed.by_powers), LIKELY, "a power law of the loads does as well"),
         (in_form, EVEN, "one name may only mend the form of another"),  # of six, three
         (takes_little(confirmed.shares), MOSTLY, "what is named takes little of the error"),
         # of seven, two

@@ -79,18 +79,15 @@ def limits(campaign: BinnedTests, base: BaseLaw, evidence: Evidence) -> list[str
 
 
 def same_columns(campaign: BinnedTests, named: Sequence[Effect], others: Sequence[Effect]) -> list[str]:
-    """Return a warning for each effect of a column of the test table whose levels further columns share, beside those of `others`."""
+    """Return a warning for each effect of a column of the test table with which further columns change, beside those of `others`."""
     notes = []
     for effect in named:
-        columns = [
-            *effect.metadata,
-            *(n.removeprefix(PREFIX) for n in factors_like(campaign, effect, others)),
-        ]
-        if len(columns) > 1:
-            told = listed(levels_text(campaign.loads, name) for name in columns)
+        further = [n.removeprefix(PREFIX) for n in factors_like(campaign, effect, others)]
+        if further:
+            told = listed(levels_text(campaign.loads, name) for name in [*effect.metadata, *further])
             notes.append(
-                f"{told} change together in all tests, so nothing tells which of them it is; run the same loads again with each value "
-                "of the one with each of the other"
+                f"{told} change together from test to test, so little or nothing tells which of them it is; run the same loads again with "
+                "each value of the one with each of the other"
             )
     return notes
 

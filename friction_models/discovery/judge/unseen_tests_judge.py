@@ -16,6 +16,7 @@ from .closest import first_seen
 from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
+from .naming.another_family import AnotherFamily
 from .naming.names import CLEAR, Names, falls
 from .naming.other_laws import OtherLaws
 from .naming.own_form import OwnForm
@@ -54,6 +55,7 @@ class UnseenTestsJudge:
         self.two_loads = TwoLoads(self.names)
         self.products = Products(unseen, self.straight)
         self.own_form = OwnForm(unseen)
+        self.another_family = AnotherFamily(unseen)
         self.other_laws = OtherLaws(campaign, unseen, self.straight, self.two_loads, self.products)
 
     def __call__(
@@ -119,6 +121,7 @@ class UnseenTestsJudge:
             self.own_form.explains(shares, first_seen(self.found))
             if verdict == "unknown_structure"
             else None,
+            self.another_family.does_as_well(kept),
             self._little(kept),
             repeats,
             sharper=self.other_laws.sharper(kept),
@@ -255,6 +258,8 @@ class UnseenTestsJudge:
         What one of them draws, two along the distance may be.
         """
         others = [f for f in kept if f.name not in other_laws]
+        if others and not helps(self.beside.without_names, self.unseen.errors(effects_of(others))):
+            others = []  # they only mended the other law
         pair = [] if others else self.names.along_the_distance()
         shares = self.beside.shares(pair or others, alone)
         if pair:

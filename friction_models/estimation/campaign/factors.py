@@ -14,14 +14,15 @@ from ...common.errors import shown
 from ...effects.base import Effect
 from ...effects.metadata.factor import PREFIX, scanned_factor
 from ...loads import FloatArray
-from ...loads.contract import POINT_COLUMNS, SETTING_UNITS
+from ...loads.contract import ORDER, POINT_COLUMNS, SETTING_UNITS
 from .binned_tests import BinnedTests
 from .metadata import MOST_LEVELS, NOT_METADATA, is_text
 
 #: Most columns that are tried.
 MOST_COLUMNS = 12
-#: A column that agrees with a load or with another column by more than this correlation over the tests is left out.
-SAME = 0.95
+#: A column that agrees with a load or with another column by more than this correlation over the tests is left out. One that only
+#: moves with the order of the tests, as humidity does with the season, stays: unseen tests may tell it from a drift.
+SAME, SAME_ORDER = 0.95, 0.995
 
 
 def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[Effect], list[str]]:
@@ -44,7 +45,11 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
         if _says_nothing(values, text):
             continue
         same = [n for n, v in known.items() if _follows(v, values, text)]
-        same += [n for n, v in columns.items() if same_levels(values, v) or _correlated(values, v, text)]
+        same += [
+            n
+            for n, v in columns.items()
+            if same_levels(values, v) or _correlated(values, v, text, SAME_ORDER if n == ORDER else SAME)
+        ]
         if same:
             alike.append(f"{name} with {same[0]}")
             continue
@@ -66,14 +71,15 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
 
 
 def factors_like(campaign: BinnedTests, effect: Effect, others: Iterable[Effect]) -> list[str]:
-    """Return the names of factors that no test tells from an effect, for they have the same levels; those of `others` left out."""
+    """Return the names of factors that no test tells from an effect, for they have the same levels, or move with its column; those of `others` left out."""
     used = {m for e in (effect, *others) for m in e.metadata}
     own = [campaign.system[m][campaign.point_starts, 0] for m in effect.metadata if m in campaign.system]
-    return [
-        PREFIX + name
-        for name in _further(campaign, used)
-        if any(same_levels(campaign.system[name][campaign.point_starts, 0], values) for values in own)
-    ]
+
+    def goes_with_it(name: str) -> bool:
+        values, text = campaign.system[name][campaign.point_starts, 0], is_text(campaign.loads, name)
+        return any(same_levels(values, v) or _correlated(values, v, text) for v in own)
+
+    return [PREFIX + name for name in _further(campaign, used) if goes_with_it(name)]
 
 
 def _further(campaign: BinnedTests, used: Collection[str]) -> list[str]:
@@ -135,12 +141,12 @@ def _follows(load: FloatArray, values: FloatArray, text: bool) -> bool:
     return bool(np.var(level) > SAME**2 * np.var(load))
 
 
-def _correlated(values: FloatArray, other: FloatArray, text: bool) -> bool:
+def _correlated(values: FloatArray, other: FloatArray, text: bool, least: float = SAME) -> bool:
     """Return whether two numbers rise, or fall, together."""
-    if text:
+    if text or not (np.ptp(values) > 0.0 and np.ptp(other) > 0.0):
         return False
     ranks = np.corrcoef(rankdata(values), rankdata(other))[0, 1]
-    return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(ranks)) > SAME)
+    return bool(max(abs(np.corrcoef(values, other)[0, 1]), abs(ranks)) > least)
 
 
 def same_levels(values: FloatArray, other: FloatArray) -> bool:

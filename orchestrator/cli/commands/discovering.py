@@ -107,9 +107,7 @@ def _write_plan(plan: Path, next_tests: list[NextTest]) -> None:
 
     rows = plan_rows(next_tests)
     if not rows:
-        say(
-            "no plan written: no test is proposed; 'Read this with care' says what else would help, if anything would"
-        )
+        say("no plan written: no test within the tested range is expected to tell more")
         return
     write_plan(plan, rows)
     absent = missing_settings(rows)

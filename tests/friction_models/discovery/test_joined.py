@@ -39,7 +39,7 @@ def test_names_roles_and_order_go_on() -> None:
     assert data.tests is not None and data.points["test_id"].tolist() == ["a", "b", "new b", "c", "third c"]
     assert data.tests["test_id"].tolist() == ["a", "b", "new b", "c", "third c"]
     assert data.tests["role"].tolist() == ["train", "test", "train", "train", "train"]
-    assert data.tests["order"].tolist()[:4] == [2, 1, 3, 4]
+    assert data.tests["order"].tolist() == [2, 1, 3, 4, 5], "tests without an order follow as they stand"
     assert said == [
         "new: test names that are taken: 'b' is called 'new b'",
         "third: test names that are taken: 'c' is called 'third c'",

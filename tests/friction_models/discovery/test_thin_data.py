@@ -319,7 +319,7 @@ def test_where_no_test_is_proposed_no_plan_is_written(
     tests.to_csv(tmp_path / "tests.csv", index=False)
     plan = tmp_path / "p.csv"
     assert run(["diagnose", "--data", str(tmp_path), "--model", "linear", "--plan", str(plan)]) == 0
-    assert "no plan written: no test is proposed" in capsys.readouterr().out and not plan.exists()
+    assert "no plan written: no test within the tested range" in capsys.readouterr().out and not plan.exists()
 
 
 def held(seed: int, spread: float, levels: tuple[float, ...] = (0.165,)) -> pd.DataFrame:
