@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..common import InputError
+from ..common.errors import shown
 from ..common.processes.one_blas_thread import one_blas_thread
 from ..common.processes.pool import Progress
 from ..common.processes.stages import Stages
@@ -99,6 +101,8 @@ def diagnose(
         an unknown model or effect.
     """
     check_seed("diagnose", seed)
+    if isinstance(catalogue, str):
+        raise InputError(f"catalogue: {shown(catalogue, 60)} is a text; allowed: a list of effects")
     stages = Stages(progress)
     tested = tests_beside(prepare(data, tests), model, seed)
     stages(0, "noise of the tests")  # not before: what is refused is said in one sentence
@@ -132,7 +136,7 @@ def diagnose(
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
-    judged.odd_kept = tested.odd_kept
+    judged.odd_kept, judged.odd_region = tested.odd_kept, bool(tested.odd_region)
     if base.fixed and knows_the_noise(measured, base_law(base.model, measured, seed)):
         judged.knows_noise = True
         judged.notes.append(FITTED_TO_THESE.format(base=base.name))

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from friction_models.common import InputError
 from friction_models.discovery import diagnose
 from friction_models.estimation.campaign.binning import prepare
 
@@ -117,3 +118,17 @@ def test_without_time_nothing_is_said_of_the_distance() -> None:
     points, tests = campaign()
     metres_a_second(points, tests)
     assert not any("over t" in w for w in prepare(points.drop(columns="t"), tests).warnings)
+
+
+def test_a_speed_that_was_not_recorded_and_exchanged_columns_are_told() -> None:
+    points, tests = campaign()
+    assert any("was the speed recorded?" in w for w in told(points.assign(v_rel=0.0), tests))
+    swapped = points.rename(columns={"sigma_n": "psi", "psi": "sigma_n"})
+    assert any("are columns exchanged?" in w for w in told(swapped, tests.drop(columns="sigma_set")))
+
+
+def test_a_table_of_tests_with_a_column_twice_is_refused_and_an_empty_one_counts_as_none() -> None:
+    points, tests = campaign()
+    with pytest.raises(InputError, match="'T_tool' stands twice"):
+        prepare(points, pd.concat([tests, tests[["T_tool"]]], axis=1))
+    assert not prepare(points, tests[:0]).system

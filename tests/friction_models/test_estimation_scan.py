@@ -58,7 +58,7 @@ def test_the_gain_is_the_drop_of_constrained_least_squares(signs: tuple[int, ...
 def test_what_the_base_can_follow_is_not_seen() -> None:
     rng = np.random.default_rng(2)
     base = np.column_stack([np.ones(M), rng.normal(size=M)])
-    nearly = base[:, 1] + 0.01 * rng.normal(size=M)  # 1e-4 of its variation beside the base
+    nearly = base[:, 1] + 0.005 * rng.normal(size=M)  # 2.5e-5 of its variation beside the base
     prepared = prepare_candidate(candidate("twin of the base", nearly[:, None, None]), plain, Projector(base))
     assert not prepared.usable.any()
     assert best_fit(prepared, rng.normal(size=M)).gain == -2.0

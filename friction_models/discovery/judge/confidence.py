@@ -101,7 +101,7 @@ def confidence(verdict: str, grounds: dict[str, float]) -> float:
     intercept, weights = WEIGHTS[kind]
     score = intercept + sum(weight * grounds[name] for name, weight in weights.items())
     low, high = LIMITS
-    if verdict in NAMED and grounds["left"] > EXPLAINED:
+    if verdict == "partly_explained" or (verdict in NAMED and grounds["left"] > EXPLAINED):
         high = MOST_PARTLY
     elif verdict in NAMED and grounds["beyond"] > ANOTHER_FORM:
         high = MOST_IN_ANOTHER_FORM

@@ -24,6 +24,7 @@ class Judged:
     beside: Callable[[Sequence[Fit]], SearchRound] | None = None  #: Searches beside names.
     knows_noise: bool = False
     odd_kept: bool = False  #: Whether tests that lie far off all others are among these.
+    odd_region: bool = False  #: Whether such tests were left out that lie together in a corner of the loads.
 
     @property
     def verdict(self) -> str:

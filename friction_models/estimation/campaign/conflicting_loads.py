@@ -21,8 +21,8 @@ KELVIN, START = 273.15, 40.0
 OFFSET = 15.0
 #: Share of the largest setting within which a load agrees with it, and which another one misses by much.
 AGREES, MISSES = 0.15, 0.5
-#: Surfaces that shrink by less may be rounding.
-LEAST_PSI = 0.98
+#: Surfaces that shrink by less may be rounding; no forming stretches one by more.
+LEAST_PSI, MOST_PSI = 0.98, 50.0
 
 
 def about_conflicts(
@@ -42,7 +42,7 @@ def about_conflicts(
     >>> about_conflicts(loads, np.array([0, 2]), ["a", "b"], {})
     ['sd of 1 test (b) grows 0.001 times as far as v_rel gives over t: one of them is in another unit; mm, mm/s and s are expected']
     """
-    said = _about_distance(loads, starts, names)
+    said = [*_about_distance(loads, starts, names), *_about_standing(loads, starts, names)]
     held = {name: column[starts, 0] for name, column in settings.items()}
     if "T" not in loads.absent and "T_tool" in held:
         said += _about_kelvin(loads.T[starts] - held["T_tool"], names)
@@ -59,6 +59,12 @@ def about_conflicts(
         shrunk = np.minimum.reduceat(loads.psi, starts) < LEAST_PSI
         said.append(
             f"psi of {_tests(shrunk, names)} falls to {loads.psi.min():.3g}: below 1 the surface shrinks; psi is the new over the old area"
+        )
+    if "psi" not in loads.absent and loads.psi.max() > MOST_PSI:
+        large = np.maximum.reduceat(loads.psi, starts) > MOST_PSI
+        said.append(
+            f"psi of {_tests(large, names)} reaches {loads.psi.max():.3g}: no forming stretches a surface that far; psi is the new over the old "
+            "area: are columns exchanged?"
         )
     return said
 
@@ -80,6 +86,17 @@ def distance_by_speed(loads: TriboLoads, starts: npt.NDArray[np.intp]) -> FloatA
         if len(steps):
             ratio[test] = np.median(np.log10(slid[steps] / path[steps]))
     return ratio
+
+
+def _about_standing(loads: TriboLoads, starts: npt.NDArray[np.intp], names: list[str]) -> list[str]:
+    """Return a warning where the distance of tests grows that never move by their speed."""
+    if {"v_rel", "sd"}.intersection(loads.absent):
+        return []
+    lasts = np.r_[starts[1:], len(loads)] - 1
+    standing = (np.maximum.reduceat(loads.v_rel, starts) <= 0.0) & (loads.sd[lasts] > loads.sd[starts])
+    if not standing.any():
+        return []
+    return [f"sd of {_tests(standing, names)} grows though v_rel is 0 all the time: was the speed recorded?"]
 
 
 def _about_distance(loads: TriboLoads, starts: npt.NDArray[np.intp], names: list[str]) -> list[str]:

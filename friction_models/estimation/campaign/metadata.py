@@ -64,7 +64,7 @@ def about_table(loads: TriboLoads) -> list[str]:
     known = np.isin(names, table.index.astype(str))
     if not known.any():
         return [
-            f"no test of the table of tests is in the data (there {str(table.index[0])!r}, here {names[0]!r}): its metadata are not used"
+            f"no test of the table of tests is in the data (there {str(table.index[0])!r}, here {str(names[0])!r}): its metadata are not used"
         ]
     said = [
         f"{name} of the test {test} is {shown(text, 30)!r}, no number{f'; {count} cells of this column are none' if count > 1 else ''}: "

@@ -20,6 +20,7 @@ from ..campaign.metadata import MOST_LEVELS, is_text
 from ..campaign.settings import WARMS, Indexes, in_units, same_pairs
 from .layout import Layout
 from .noise_floor import NoiseFloor, estimate
+from .one_region import region_of
 from .reference import Reference
 
 #: Probability that a test of a campaign without odd ones lies as far off by chance as an odd one must.
@@ -52,6 +53,8 @@ class OddTests(NamedTuple):
 
     few: list[str]  #: So few that they are left out.
     too_many: list[str]  #: More than are a matter of single tests: they stay.
+    #: Corner of the loads in which the few lie together, off to one side, in words: they may be no faults.
+    region: str = ""
 
 
 def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | None) -> OddTests:
@@ -84,7 +87,8 @@ def odd_tests(campaign: BinnedTests, columns: FloatArray, floor: NoiseFloor | No
         few = nearest if len(nearest) <= most and (nearest <= all_odd or len(all_odd) > told) else set()
     names = campaign.tests
     many = sorted(all_odd - few) if len(all_odd) <= told else []
-    return OddTests([names[k] for k in sorted(few)], [names[k] for k in many])
+    region = region_of(campaign.levels, sorted(few), search.off(few)) if few else ""
+    return OddTests([names[k] for k in sorted(few)], [names[k] for k in many], region)
 
 
 def most_by_chance(tests: int) -> float:
@@ -111,6 +115,11 @@ class _Search:
             if (far == before).all() or far.sum() > len(far) // 2:
                 break
         return set(np.flatnonzero(far & _reached(self._campaign, ~far, self._levels)).tolist())
+
+    def off(self, odd: set[int]) -> FloatArray:
+        """Return how far each test lies off what others say without the odd ones."""
+        left = np.isin(np.arange(len(self._of_all)), sorted(odd))
+        return self._reference.surprise(self._columns, left)
 
     def _usual(self, off: FloatArray) -> FloatArray:
         """Return how far tests like each one lie off."""
@@ -203,12 +212,17 @@ def without_tests(campaign: BinnedTests, names: list[str], why: str) -> BinnedTe
     return replace(part_of(campaign, keep), warnings=[*campaign.warnings, why], spikes=campaign.spikes)
 
 
-def left_out_text(names: list[str]) -> str:
-    """Return what is said of odd tests that are left out."""
+def left_out_text(names: list[str], region: str = "") -> str:
+    """Return what is said of odd tests that are left out; they may lie in one `region` of the loads."""
     told = first_names(names)
     if len(names) == 1:
         return f"one test lies far off what all others say and was left out ({told}): look at its record"
-    return f"{len(names)} tests lie far off what all others say and were left out ({told}): look at their records"
+    together = (
+        f". All lie to one side at {region}, where there are hardly others: a law may begin there, which tests would show"
+        if region
+        else ""
+    )
+    return f"{len(names)} tests lie far off what all others say and were left out ({told}): look at their records{together}"
 
 
 def too_many_text(names: list[str]) -> str:
