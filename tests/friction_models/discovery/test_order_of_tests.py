@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
+from friction_models.discovery.judge.doubts import LIKELY
 
 TESTS = 60
 SCATTER = 0.003
@@ -57,7 +58,7 @@ def test_what_comes_and_goes_within_a_few_tests_is_told() -> None:
         found = diagnose(data.assign(mu=data["mu"] + 0.012 * np.sin(2.0 * np.pi * day)), tests)
         said = any("alike in the tests run before and after" in w for w in found.warnings)
         assert said or "order" in found.where[0]["variables"], found.sentence
-        assert found.verdict == "unknown_structure" or found.confidence <= 0.5
+        assert found.verdict == "unknown_structure" or found.confidence <= LIKELY
         told += said
         plain = diagnose(data, tests)
         assert not any("alike in the tests run before and after" in w for w in plain.warnings)
