@@ -68,7 +68,7 @@ def reservations(
         )
     said += [
         f"in the place of {name}, {listed(pair)} together predict unseen tests no worse: whether the loads act together or each by "
-        "itself, tests would tell that cross their levels"
+        "itself, more tests would tell at crossed levels of them"
         for name, pair in confirmed.parts.items()
     ]
     said += [
@@ -136,8 +136,8 @@ def could_hide(hidden: dict[str, tuple[float, float]], mu: float) -> list[str]:
     if partly := sorted(name for name in hidden if hidden[name][0] < mu <= hidden[name][1]):
         sizes = ", ".join(f"{hidden[name][0]:.2g} with {name}" for name in partly)
         said.append(
-            f"an effect of {' or '.join(partly)} shows in tests like these only if its form is easy to see (then from changes of mu by "
-            f"{sizes} on): else it would have to change mu by more than mu itself ({mu:.2g} on average)"
+            f"an effect of {' or '.join(partly)} shows in tests like these from changes of mu by {sizes} on at best; one whose form the model "
+            f"takes most of would have to change mu by more than mu itself ({mu:.2g} on average)"
         )
     if blind := sorted(name for name in hidden if mu <= hidden[name][0]):
         said.append(
