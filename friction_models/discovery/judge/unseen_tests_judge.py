@@ -268,10 +268,22 @@ class UnseenTestsJudge:
         if len(kept) == 1 and not shares.missing > 0.0:
             # a law that turns is still the best there is where nothing but its name predicts anything
             return None
+        if not others and (rival := self._rival_that_explains(kept, beside)) is not None:
+            verdict = "data_problem" if rival.effect.kind == "fault" else "explained"
+            return verdict, [rival], self.beside.shares([rival], alone), ()
         if not others:
             return "unknown_structure" if shares.missing > 0.0 else "nothing_missing", [], shares, ()
         rivals = told(others, beside)
         return "ambiguous" if rivals else "partly_explained", others, shares, rivals
+
+    def _rival_that_explains(self, kept: list[Fit], beside: Mapping[str, list[str]]) -> Fit | None:
+        """Return a rival of names that only draw another law, if it explains alone, and does not draw another law itself."""
+        names = [n for f in kept for n in beside.get(f.name, ())]
+        for fit in [f for n in names for f in self.found.ranking if f.name == n]:
+            helped = helps(self.beside.without_names, self.unseen.errors(effects_of([fit])))
+            if helped and self.names.explain([fit]) and not self.other_laws.among([fit], sure=True):
+                return fit
+        return None
 
     def _little(self, kept: list[Fit]) -> tuple[str, ...]:
         """Return of several names those without which the squared error rises by next to nothing of what the model leaves."""

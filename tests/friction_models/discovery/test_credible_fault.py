@@ -82,3 +82,23 @@ def test_a_drift_too_large_for_a_sensor_takes_no_name_from_what_is_along_the_dis
     found = diagnose(data, tests)
     assert (found.verdict, found.effects) == ("partly_explained", ["running_in"]), found.sentence
     assert found.where[0]["variables"] == ["order"]
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.nightly)])
+def test_a_cell_that_reads_too_little_is_named_though_a_breakdown_draws_the_same(seed: int) -> None:
+    """Its rival, a breakdown by temperature and pressure, takes its place and is no answer: it was "no effect of the catalogue"."""
+    rng = np.random.default_rng(seed)
+    plan = rng.permutation(
+        [(p, v, T) for p in (100.0, 245.0, 600.0) for v in (2.0, 13.0, 80.0) for T in (20.0, 100.0, 180.0)]
+    )
+    along, parts = np.linspace(0.0, 1.0, 25), []
+    for k, (p, v, T) in enumerate(plan):
+        pressure, warm = p * (1.0 + 0.05 * along), T + 30.0 * (p / 600.0) * (v / 80.0) * np.sqrt(along)
+        mu = 0.1 + 1e-4 * warm - 4.0 / pressure + 0.002 * rng.normal() + 0.002 * rng.normal(size=25)
+        parts.append(
+            pd.DataFrame(
+                {"test_id": f"t{k:02d}", "t": 30.0 * along / v, "sd": 30.0 * along, "v_rel": v, "T": warm, "sigma_n": pressure, "mu": mu}
+            )
+        )  # fmt: skip
+    found = diagnose(pd.concat(parts, ignore_index=True))
+    assert found.verdict == "data_problem" and found.effects == ["force_zero"], found.sentence
