@@ -6,9 +6,9 @@ Each benchmark has cases for development and cases kept apart; the confidence is
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TypedDict
+from typing import Any, TypedDict
 
 from ..blind import runner
 from ..blind.cases import all_cases
@@ -34,6 +34,17 @@ class Judged(TypedDict):
     right: bool
 
 
+def row_of(source: str, answer: Mapping[str, Any], right: bool) -> Judged:
+    """Return what the confidence is fitted to, and judged by, of an answer as its file keeps it."""
+    return {
+        "source": source,
+        "verdict": answer["verdict"],
+        "confidence": answer["confidence"],
+        "grounds": answer["grounds"],
+        "right": right,
+    }
+
+
 def rows_of_others(folder: Path, apart: bool) -> list[Judged]:
     """Return verdict, grounds and rightness of the cases kept apart, or of the others; those that the same code gave are read.
 
@@ -50,13 +61,7 @@ def _literature(folder: Path, apart: bool) -> Iterator[Judged]:
         if (line["id"] in kept_apart) == apart and line["status"] == "ok":
             answer, right = line["answer"], line["score"]["right"]
             if right is not None:
-                yield {
-                    "source": "literature",
-                    "verdict": answer["verdict"],
-                    "confidence": answer["confidence"],
-                    "grounds": answer["grounds"],
-                    "right": right,
-                }
+                yield row_of("literature", answer, right)
 
 
 def _blind(folder: Path, apart: bool) -> Iterator[Judged]:
@@ -66,12 +71,5 @@ def _blind(folder: Path, apart: bool) -> Iterator[Judged]:
     for case in chosen:
         kept: Record = json.loads(runner.file_of(case, place).read_text(encoding="utf-8"))
         answer = kept["answer"]
-        if (grounds := answer.get("grounds")) is not None:
-            right = judge(case, answer, kept["truth"]).right
-            yield {
-                "source": "blind",
-                "verdict": answer["verdict"],
-                "confidence": answer["confidence"],
-                "grounds": grounds,
-                "right": right,
-            }
+        if answer.get("grounds") is not None:
+            yield row_of("blind", answer, judge(case, answer, kept["truth"]).right)

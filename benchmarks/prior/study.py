@@ -20,7 +20,7 @@ from ..common import Section, Table, section
 from ..data import sources
 from ..literature.calibration import by_counting, reliability
 from .campaigns import campaign
-from .others import Judged, rows_of_others
+from .others import Judged, row_of, rows_of_others
 
 #: Campaigns below are fitted to, those from here on judge.
 JUDGED_FROM = 600_000
@@ -101,16 +101,6 @@ def answers(folder: Path, seeds: Sequence[int]) -> list[Answer]:
     return rows
 
 
-def _judged(row: Answer) -> Judged:
-    return {
-        "source": "prior",
-        "verdict": row["verdict"],
-        "confidence": row["confidence"],
-        "grounds": row["grounds"],
-        "right": right(row),
-    }
-
-
 def kind_of(verdict: str) -> str:
     """Return the entry of `WEIGHTS` that a verdict has."""
     return verdict if verdict in WEIGHTS else "named"
@@ -124,7 +114,11 @@ def fitted(
     `others` have ``source`` and ``right`` beside verdict and grounds, see `others.rows_of_others`. Answers with a reason to doubt
     them are left out: how sure these are at most is counted, reason by reason.
     """
-    judged = [r for r in [*map(_judged, rows), *others] if r["grounds"]["most"] >= 1.0]
+    judged = [
+        r
+        for r in [*(row_of("prior", row, right(row)) for row in rows), *others]
+        if r["grounds"]["most"] >= 1.0
+    ]
     size = Counter(r["source"] for r in judged)
     found = {}
     for kind, (_, weights) in WEIGHTS.items():
@@ -213,7 +207,7 @@ def measure(folder: Path, campaigns: int = 150) -> Section:
     """Return the section on the confidence: campaigns that it was not fitted to, by three authors."""
     own = answers(folder, range(JUDGED_FROM, JUDGED_FROM + campaigns))
     others = rows_of_others(folder, apart=True)
-    judged = {"prior": [_judged(row) for row in own]}
+    judged = {"prior": [row_of("prior", row, right(row)) for row in own]}
     for source in sorted({r["source"] for r in others}):
         judged[f"{source}, cases kept apart"] = [r for r in others if r["source"] == source]
     text = (

@@ -24,13 +24,7 @@ from .answer.diagnosis import Diagnosis
 from .answer.findings import FittedEffect, ParameterValue
 from .answer.fit_warnings import about_the_fit
 from .answer.not_first import comes_closest, why_not_first
-from .answer.reservations import (
-    about_the_noise,
-    could_hide,
-    held,
-    reservations,
-    stands_out,
-)
+from .answer.reservations import about_the_noise, could_hide, held, reservations, stands_out
 from .answer.sentence import Sentence
 from .answer.summaries import averages, base_residual, binned_bias, worst_tests
 from .answer.uncertain_loads import floor_from_loads, uncertain_drivers
@@ -40,7 +34,7 @@ from .further_tests.asked import answer_of, questions_of
 from .further_tests.next_tests import NextTest, propose
 from .how_sure import HowSure
 from .judge.closest import Closest, closest_of
-from .judge.confirmation import EXPLAINED, NAMED
+from .judge.confirmation import EXPLAINED
 from .judge.doubts import BLURRED, LIKELY, blurred
 from .judge.hidden_effects import unseen_sizes
 from .judge.identifiability import limits, same_columns
@@ -69,8 +63,8 @@ class _Assembly:
     ) -> None:
         self.campaign, self.base, self.judged, self.mu, self.whole = campaign, base, judged, mu, whole
         self.found, self.evidence, self.chosen = judged.found, judged.evidence, judged.chosen
-        self.named = judged.verdict in NAMED and bool(judged.chosen)
-        self.effects = [f.effect for f in judged.chosen] if self.named else []
+        self.named = bool(judged.named)
+        self.effects = [f.effect for f in judged.named]
         unseen = judged.unseen
         self.fitted = fit_terms(*whole, self.effects) if unseen is None else unseen.fitted(self.effects)
         self.names, self.confusion = [term.name for term in self.fitted.terms], judged.confusion

@@ -25,6 +25,7 @@ from ..effects.together import check_together
 from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.binning import prepare
 from ..estimation.campaign.factors import factors_of
+from ..estimation.campaign.mixed_units import means_of_tests
 from ..estimation.noise.noise_floor import NoiseFloor
 from ..estimation.search.base_law import BaseLaw, base_law
 from ..estimation.search.candidates import Candidate, evaluate_all, spans_of
@@ -136,7 +137,7 @@ def diagnose(
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
     judged.notes[:0] = notes
-    judged.odd_kept, judged.odd_region = tested.odd_kept, bool(tested.odd_region)
+    judged.odd_kept, judged.odd_region = tested.odd_kept, tested.odd_region
     if base.fixed and knows_the_noise(measured, base_law(base.model, measured, seed)):
         judged.knows_noise = True
         judged.notes.append(FITTED_TO_THESE.format(base=base.name))
@@ -201,8 +202,7 @@ def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
     if isinstance(domain, Domain):
         domain = domain.without(campaign.absent)
     outside = np.asarray(domain.distance(campaign.loads.as_array())) > 0.1
-    points = np.bincount(campaign.point_test)
-    return float(np.mean(np.bincount(campaign.point_test, outside) / points))
+    return float(np.mean(means_of_tests(outside.astype(float), campaign.point_starts)))
 
 
 def _unexplained(confirmed: Confirmation) -> bool:

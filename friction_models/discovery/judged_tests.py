@@ -36,7 +36,7 @@ class JudgedTests:
     floor: NoiseFloor | None  #: A first noise floor, where there are enough averages.
     odd: tuple[str, ...] = ()  #: Names of the tests that were left out.
     odd_kept: bool = False  #: Whether more lie off, too many to be left out.
-    odd_region: str = ""  #: Corner of the loads in which all that were left out lie, to one side, in words.
+    odd_region: bool = False  #: Whether all that were left out lie in one corner of the loads, to one side.
 
 
 def tests_beside(measured: BinnedTests, model: Any, seed: int) -> JudgedTests:
@@ -66,7 +66,9 @@ def without_odd(found: JudgedTests, model: Any, seed: int) -> JudgedTests:
     judged = found
     if odd.few:
         left = without_tests(found.measured, odd.few, left_out_text(odd.few, odd.region))
-        judged = replace(tests_beside(left, model, seed), odd=(*found.odd, *odd.few), odd_region=odd.region)
+        judged = replace(
+            tests_beside(left, model, seed), odd=(*found.odd, *odd.few), odd_region=bool(odd.region)
+        )
     if odd.too_many:
         judged.campaign.warnings = [*judged.campaign.warnings, too_many_text(odd.too_many)]
         judged = replace(judged, odd_kept=True)

@@ -156,7 +156,13 @@ class TriboLoads:
                 raise InputError(
                     f"loads: the uncertainty of {name!r} has shape {np.shape(values)}; allowed: ({len(self.v_rel)},), one a point"
                 )
+        if self.context is not None and not len(self.context):
+            object.__setattr__(self, "context", None)
         if self.context is not None and "test_id" in self.context.columns:
+            columns = self.context.columns
+            if columns.has_duplicates:
+                name = str(columns[columns.duplicated()][0])
+                raise InputError(f"tests: column {name!r} stands twice; allowed: each column once")
             table = self.context.assign(test_id=self.context["test_id"].astype(str)).set_index("test_id")
             twice = table.index[table.index.duplicated()]
             if len(twice):

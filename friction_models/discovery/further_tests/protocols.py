@@ -214,7 +214,7 @@ def possible_tests(campaign: BinnedTests) -> list[PlannedTest]:
 def _distance(campaign: BinnedTests) -> float:
     """Return how far tests usually slide: what was set, else what they reached, or the mean that averages give [mm]."""
     planned = campaign.system.get("sd_set")
-    lasts = np.r_[campaign.point_starts[1:], len(campaign.loads.sd)] - 1
+    lasts = campaign.point_lasts
     reached = campaign.loads.sd if campaign.averaged else campaign.distance
     values = reached[lasts] if planned is None else planned[lasts, 0]
     distance = rounded(float(np.median(values)))

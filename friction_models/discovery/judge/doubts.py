@@ -80,7 +80,7 @@ def doubts_of(
 
     `grounds` are those of its confidence; the level of a model that is taken as it is may be off.
     """
-    verdict, shares = judged.verdict, judged.confirmed.shares
+    verdict = judged.verdict
     doubts = _doubts(
         # they draw a law their way, and swell the floor: of five names four were right
         (judged.odd_kept, MOSTLY, "tests lie far off all others"),
@@ -92,21 +92,7 @@ def doubts_of(
     if verdict == "unknown_structure":
         return [*doubts, *_of_no_name(judged.confirmed, level_is_off)]
     if verdict in NAMED:
-        doubts += _of_names(campaign, judged, grounds["seen"])
-        as_it_is = base.fixed and bool(np.ptp(base.offset) > 0.0)
-        doubts += _doubts(
-            # of five such answers to the campaigns of another author none was right
-            (
-                as_it_is and len(judged.chosen) >= MANY,
-                EVEN,
-                "three names or more draw whatever form a law that is not fitted may lack",
-            ),
-            (
-                level_is_off and takes_little(shares),
-                EVEN,
-                "nearly all of the error is that of the model's level",
-            ),
-        )
+        return [*doubts, *_of_names(campaign, base, judged, grounds["seen"], level_is_off)]
     return doubts
 
 
@@ -141,13 +127,17 @@ def _of_no_name(confirmed: Confirmation, level_is_off: bool) -> list[Doubt]:
     )
 
 
-def _of_names(campaign: BinnedTests, judged: Judged, seen: float) -> list[Doubt]:
+def _of_names(
+    campaign: BinnedTests, base: BaseLaw, judged: Judged, seen: float, level_is_off: bool
+) -> list[Doubt]:
     confirmed, chosen, little = judged.confirmed, judged.chosen, listed(judged.confirmed.little)
     hidden = blurred(campaign, judged) and drowned(confirmed.shares)
     too_large = not all(credible(campaign, judged.found.floor.sensor, f) for f in chosen)
     few = len(campaign.tests) < FEW_TESTS and seen < powers_of_ten(CLEAR)
     along_another = any(one_load(campaign, f.effect.driver) for f in chosen)
     in_form = bool(standing_in(judged.found, chosen))
+    takes, many = takes_little(confirmed.shares), len(chosen) >= MANY
+    as_it_is = base.fixed and bool(np.ptp(base.offset) > 0.0)
     return _doubts(
         (hidden, EVEN, "the noise is more than half of mu"),
         (bool(confirmed.own_form), EVEN, "the model itself could do as well"),
@@ -163,9 +153,12 @@ def _of_names(campaign: BinnedTests, judged: Judged, seen: float) -> list[Doubt]
         (bool(confirmed.products), EVEN, "a product of two loads does as well"),
         (bool(confirmed.by_powers), LIKELY, "a power law of the loads does as well"),
         (in_form, EVEN, "one name may only mend the form of another"),  # of six, three
-        (takes_little(confirmed.shares), MOSTLY, "what is named takes little of the error"),
+        (takes, MOSTLY, "what is named takes little of the error"),
         # of seven, two
         (bool(little), EVEN, f"{little} may only mend the form of the others"),
+        # of five such answers to the campaigns of another author none was right
+        (as_it_is and many, EVEN, "three names or more draw whatever form a law that is not fitted may lack"),
+        (level_is_off and takes, EVEN, "nearly all of the error is that of the model's level"),
     )
 
 

@@ -44,9 +44,9 @@ class Judged:
     @property
     def confusion(self) -> list[str]:
         """What cannot be told from the first name, the name itself first; then further names, each before its own rivals."""
-        if self.verdict not in NAMED or not self.chosen:
+        if not self.named:
             return []
-        first, *others = [f.name for f in self.chosen]
+        first, *others = [f.name for f in self.named]
         if self.verdict == "explained":  # each name stands alone, whatever the search could not tell apart
             return [first]
         known, rivals = self.evidence.confusion_set, self.confirmed.rivals

@@ -269,8 +269,8 @@ class UnseenTestsJudge:
             # a law that turns is still the best there is where nothing but its name predicts anything
             return None
         if not others and (rival := self._rival_that_explains(kept, beside)) is not None:
-            verdict = "data_problem" if rival.effect.kind == "fault" else "explained"
-            return verdict, [rival], self.beside.shares([rival], alone), ()
+            shares = self.beside.shares([rival])
+            return self._verdict("explained", [rival], shares), [rival], shares, ()
         if not others:
             return "unknown_structure" if shares.missing > 0.0 else "nothing_missing", [], shares, ()
         rivals = told(others, beside)

@@ -58,6 +58,11 @@ class BinnedTests:
         """Loads as they were read, noise included."""
         return self.loads if self.read is None else self.read
 
+    @property
+    def point_lasts(self) -> npt.NDArray[np.intp]:
+        """Last point of each test, shape (tests,)."""
+        return np.asarray(np.r_[self.point_starts[1:], len(self.mu)] - 1)
+
     def average(self, values: FloatArray) -> FloatArray:
         """Return bin means of `values`, shape (n,) or (n, k)."""
         if self.weight is not None:

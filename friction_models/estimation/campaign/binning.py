@@ -51,11 +51,6 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
         raise InputError(
             f"data: {type(other).__name__}; allowed: a pandas.DataFrame of points, and one of tests"
         )
-    if tests is not None:
-        columns = [str(c) for c in tests.columns]
-        if double := [c for c in columns if columns.count(c) > 1]:
-            raise InputError(f"tests: column {double[0]!r} stands twice; allowed: each column once")
-        tests = tests if len(tests) else None
     frame = data.reset_index(drop=True)
     if "mu" not in frame.columns:
         raise missing_column("mu", frame.columns)

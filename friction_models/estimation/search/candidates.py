@@ -82,7 +82,7 @@ def spans_of(campaign: BinnedTests, mu: FloatArray) -> dict[str, tuple[float, ..
         "flash": _span(np.maximum(mu, 1e-6) * loads.sigma_n * np.sqrt(loads.v_rel)),
     }
     spans |= tested_ranges(loads)
-    lasts = np.r_[campaign.point_starts[1:], len(loads)] - 1
+    lasts = campaign.point_lasts
     lengths = campaign.distance[lasts]
     work = np.maximum(mu, 1e-6) * loads.sigma_n * 1e-3
     totals = (
