@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import re
 import sys
 from pathlib import Path
@@ -197,10 +198,16 @@ def _equal(a: FloatArray, b: FloatArray) -> bool:
     return np.array_equal(a, b, equal_nan=True)
 
 
-def main() -> None:
-    """Check the FMU of the first argument; findings go to the file of the second; memory of the third."""
-    limit_memory(int(sys.argv[3]))
-    path, result = Path(sys.argv[1]), Path(sys.argv[2])
+def record(path: Path, result: Path) -> None:
+    """Run all trials of one FMU; the findings go to the file `result`, which says at its end that it is whole."""
     run(path, Notes(result))
     with result.open("a", encoding="utf-8") as stream:
         stream.write(json.dumps(["end", "", ""]) + "\n")
+
+
+def main() -> None:
+    """Check the FMU of the first argument; findings go to the file of the second; memory of the third."""
+    limit_memory(int(sys.argv[3]))
+    record(Path(sys.argv[1]), Path(sys.argv[2]))
+    # The libraries of the FMU are unloaded: how Python and those of the check itself end says nothing of it.
+    os._exit(0)

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -102,9 +101,7 @@ def trials_here(monkeypatch: pytest.MonkeyPatch) -> None:
     def here(file: Path, result: Path, folder: str, limit: float, memory: int) -> tuple[int, str]:
         with monkeypatch.context() as patch:
             patch.setattr("fmpy.simulation.fmi2CallbackFunctions", outliving)
-            patch.setattr(trial, "limit_memory", lambda size: None)
-            patch.setattr(sys, "argv", ["trial", str(file), str(result), str(memory)])
-            trial.main()
+            trial.record(file, result)
         return 0, ""
 
     monkeypatch.setattr(checking, "_second_process", here)

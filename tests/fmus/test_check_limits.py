@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import pytest
 
 from fmus import check, pack
 from fmus.archive.content import write_archive
+from fmus.checks.checking import MEMORY_LIMIT
 from fmus.checks.trial import problems_of
 from fmus.native import compile as compiling
 from tests.fmus.graphs import BOX, graph_bytes, node, save
@@ -130,6 +133,14 @@ def test_a_library_that_misbehaves_does_not_take_check_down(
     # What was found before stays.
     assert any(f.text.startswith("schema and semantics") for f in report.findings)
     assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_how_python_itself_ends_says_nothing_of_the_fmu(good: dict[str, Path], tmp_path: Path) -> None:
+    start = "import atexit, os; atexit.register(os.abort); from fmus.checks.trial import main; main()"
+    result = tmp_path / "result.json"
+    command = [sys.executable, "-c", start, str(good["2.0"]), str(result), str(MEMORY_LIMIT)]
+    assert subprocess.run(command, cwd=Path(__file__).parents[2], timeout=120).returncode == 0
+    assert result.read_text().splitlines()[-1] == '["end", "", ""]'
 
 
 SABOTAGE = {

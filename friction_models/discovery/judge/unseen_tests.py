@@ -199,11 +199,13 @@ class UnseenTests:
         return errors_of_tests(self.campaign, self.residual(effects))
 
     def fitted(self, effects: Sequence[Effect]) -> FittedTerms:
-        """Return the model with `effects` fitted to all tests, once for each list of effects."""
-        key = tuple(e.name for e in effects)
+        """Return the model with `effects` fitted to all tests, once in whatever order."""
+        names = [e.name for e in effects]
+        key = tuple(sorted(names))
         if key not in self._fitted:
             self._fitted[key] = fit_terms(self.campaign, self.base, list(effects))
-        return self._fitted[key]
+        known = self._fitted[key]
+        return replace(known, terms=sorted(known.terms, key=lambda t: names.index(t.name)))
 
     def _predicted(self, effects: Sequence[Effect]) -> FloatArray:
         """Return what fits to all points of the other tests predict of averages of neighbouring points (`BinnedTests.pieces`)."""

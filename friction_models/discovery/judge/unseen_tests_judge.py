@@ -17,7 +17,7 @@ from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
 from .naming.another_family import AnotherFamily
-from .naming.names import CLEAR, Names, falls
+from .naming.names import CLEAR, Names, along_the_distance, falls
 from .naming.other_laws import OtherLaws
 from .naming.own_form import OwnForm
 from .naming.products import Products
@@ -171,10 +171,10 @@ class UnseenTestsJudge:
             kept = next(([f] for f in kept if self.names.explain([f])), kept)
         shares = self.beside.shares(kept, alone)
         if verdict in NAMED and self._in_another_form(kept, shares):
-            kept = self.names.along_the_distance()
-            shares = self.beside.shares(kept, alone)
-            if not kept:
-                return "unknown_structure", [], shares
+            if pair := self.names.along_the_distance():
+                kept, shares = pair, self.beside.shares(pair, alone)
+            elif shares.left > EXPLAINED:
+                return "unknown_structure", [], self.beside.shares([], alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
@@ -236,13 +236,14 @@ class UnseenTestsJudge:
         """Return whether one effect leaves most of what is left along its own load: what is there bends otherwise than it can.
 
         A hump in a load is no threshold, though a threshold beside a falling line draws most of it. Over two loads a law has more
-        ways to differ from its formula, and is still that law.
+        ways to differ from its formula, and is still that law. Along the distance a second law may leave little beside the first.
         """
-        if len(kept) != 1 or not shares.believed or not EXPLAINED < shares.left <= NOT_THE_ANSWER:
+        if len(kept) != 1 or not shares.believed or shares.left > NOT_THE_ANSWER:
             return False
         effect = kept[0].effect
         if (
-            (effect.needs_state and shares.left < BENT_MEMORY)
+            (shares.left <= EXPLAINED and not along_the_distance(effect))
+            or (effect.needs_state and shares.left < BENT_MEMORY)
             or len(effect.driver) > 1
             or effect.driver[0] not in LOAD_NAMES
         ):

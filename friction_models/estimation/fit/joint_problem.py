@@ -30,7 +30,9 @@ from .pooling import by_test, shrinkage
 from .shape_fit import fitted_shapes
 
 LEAST_TESTS = 6
-ROUNDS = 3
+#: Most rounds in which effects get the mu that they depend on, and the change of mu, over the scatter of the data, that calls for
+#: no further one.
+ROUNDS, SAME_MU = 3, 0.03
 #: Of the squares of a column: what one test alone determines is nothing without it.
 RIDGE = 1e-10
 #: Weights by the covariance are given up only where the error of tests left out falls below this share.
@@ -53,9 +55,10 @@ def solve_jointly(
     problem = JointProblem(campaign, law, list(effects), weights)
     problem.weigh()
     problem.scan()
-    for _ in range(ROUNDS if any(e.needs_mu for e in effects) else 1):
+    for k in range(ROUNDS):
+        if problem.update_own_mu() < SAME_MU and k:
+            break
         problem.weigh()
-        problem.update_own_mu()
         problem.optimise()
     problem.choose_weights()
     return problem
@@ -257,8 +260,11 @@ class JointProblem:
         parts = zip(self.effects, self.shapes, amplitudes, strict=True)
         return np.sum([contribution(e, self.campaign, self.mu, s, a) for e, s, a in parts], axis=0)
 
-    def update_own_mu(self) -> None:
-        """Give effects that depend on the friction coefficient the one of the present fit."""
+    def update_own_mu(self) -> float:
+        """Give effects that depend on the friction coefficient the one of the present fit; return its change over the scatter of mu."""
+        if not any(e.needs_mu for e in self.effects):
+            return 0.0
+        before = self.mu
         coefficients, amplitudes = self.solve(self.shapes)
         for _ in range(2):
             own = self.law.columns @ coefficients + self.law.offset
@@ -268,6 +274,7 @@ class JointProblem:
             ]
             self.mu = np.maximum(own + self.contribution(keep), 0.0)
         self._blocks.clear()
+        return float(np.sqrt(np.mean((self.mu - before) ** 2))) / self.scatter
 
 
 def _only_scaling(effect: Effect, campaign: BinnedTests, mu: FloatArray, spans: Spans) -> dict[str, float]:

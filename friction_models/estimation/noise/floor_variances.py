@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.special import expit, logit
 
 from ...loads import FloatArray
@@ -28,7 +29,7 @@ LEAST_START, LEAST_NOISE = 0.05, 0.002
 #: longer than its test is an offset.
 LENGTH_PRIOR = 1.0
 #: First and largest step between the limits (logits), and the slope at which the search ends.
-STEPS, LEAST_SLOPE = (0.5, 2.0), 0.2
+STEPS, LEAST_SLOPE = (0.5, 2.0), 1.0
 
 
 class Variances(NamedTuple):
@@ -126,8 +127,8 @@ class VariancesOfFloor:
         solved = self._beside_offsets(within, ones, taken)
         gram = self._columns.T @ solved
         inner = np.linalg.cholesky(gram[1:, 1:])
-        towards = np.linalg.solve(inner, solved[:, 1:].T).T
-        along = np.linalg.solve(inner, gram[1:, 0])
+        towards = solve_triangular(inner, solved[:, 1:].T, lower=True, check_finite=False).T
+        along = solve_triangular(inner, gram[1:, 0], lower=True, check_finite=False)
         left = (solved[:, 0] - towards @ along)[:, None]
         rest = float(gram[0, 0] - along @ along)
         log_det = slow.log_det + float(np.sum(np.log1p(offset * size)))

@@ -132,11 +132,7 @@ class Names:
         Friction falls while surfaces run in and rises when they wear, in the same tests: each alone bends otherwise than what is
         there, and free curves along the distance would hide one beside the other. Along a load, two such laws would be a window.
         """
-        plain = [
-            f
-            for f in self.found.ranking[: RIVALS + 1]
-            if f.effect.driver == ("sd",) and not f.effect.needs_state
-        ]
+        plain = [f for f in self.found.ranking[: RIVALS + 1] if along_the_distance(f.effect)]
         pairs = map(list, combinations(plain, 2))
         # refitted: shapes of the search are those of effects that stand alone
         pair = min(pairs, key=lambda fits: self.unseen.errors(effects_of(fits)).rms, default=[])
@@ -312,6 +308,11 @@ class Names:
         if not kept:
             return 0.0
         return _certainty(*(self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept)))
+
+
+def along_the_distance(effect: Effect) -> bool:
+    """Return whether an effect is a curve along the distance, without memory."""
+    return effect.driver == ("sd",) and not effect.needs_state
 
 
 def _certainty(before: ErrorsByTest, after: ErrorsByTest) -> float:
