@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...common.wording import counted, listed
@@ -93,8 +95,8 @@ def reservations(
             "be what is missing"
         )
     said += [
-        f"{first} and {second} each alone change mu much where the other does: the one may only mend the form of the other, which tests "
-        "tell that change their loads apart from each other"
+        f"{first} and {second} each alone change mu much where the other does: the one may only mend the form of the other, which "
+        f"{_telling(confirmed.chosen, first, second)} tell"
         for first, second in standing_in(found, confirmed.chosen)
     ]
     if verdict in NAMED and takes_little(confirmed.shares):
@@ -160,3 +162,9 @@ def about_the_noise(campaign: BinnedTests, hides: float | None) -> list[str]:
             "and faulty tests first, little else can be seen in such data"
         )
     return said
+
+
+def _telling(chosen: Sequence[Fit], first: str, second: str) -> str:
+    """Return which tests tell two names apart: where both follow the same loads, no plan of loads does."""
+    one, other = ({*f.effect.driver} for name in (first, second) for f in chosen if f.name == name)
+    return "longer tests" if one == other else "tests that change their loads apart from each other"

@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ....effects.base import Effect
 from ....estimation.search.importance import LEAST_SHARE
 from ....estimation.search.scan import Fit
 from ....estimation.search.search_round import SearchRound

@@ -1,0 +1,74 @@
+"""Tests of one coating or batch that follow a law of their own: an offset of the level does not explain them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from friction_models.discovery import diagnose
+from friction_models.discovery.causes.own_laws import with_own_laws
+from friction_models.discovery.judge.doubts import EVEN
+from friction_models.estimation.campaign.binning import prepare
+
+TESTS, POINTS = 40, 20
+
+
+def campaign_of(seed: int, law: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return records of tests with four coatings. Of one of them friction rises halfway, or falls with temperature, or nothing differs."""
+    rng = np.random.default_rng([seed, 77])
+    table = pd.DataFrame(
+        {
+            "test_id": [f"c{k:02d}" for k in range(TESTS)],
+            "coating": rng.permutation(np.resize(["none", "nitrided", "DLC", "TiN"], TESTS)),
+            "T_tool": rng.choice([20.0, 80.0, 140.0, 200.0], TESTS),
+            "v": rng.choice([5.0, 20.0, 80.0], TESTS),
+        }
+    )
+    share = np.linspace(0.0, 1.0, POINTS)
+    parts = []
+    for row in table.itertuples():
+        mu = 0.08 + 0.0001 * (row.T_tool - 110.0) + rng.normal(0.0, 0.004) + rng.normal(0.0, 0.002, POINTS)
+        if row.coating == "DLC" and law == "late":
+            mu = mu + 0.04 / (1.0 + np.exp((0.5 - share) / 0.07))
+        if row.coating == "DLC" and law == "hot":
+            mu = mu - 0.03 * (row.T_tool - 110.0) / 90.0
+        loads = {
+            "sd": 40.0 * share,
+            "v_rel": row.v,
+            "T": row.T_tool + 5.0 * share,
+            "sigma_n": 500.0,
+            "mu": mu,
+        }
+        parts.append(pd.DataFrame({"test_id": row.test_id, "t": 40.0 * share / row.v, **loads}))
+    return pd.concat(parts, ignore_index=True), table.drop(columns="v")
+
+
+@pytest.mark.parametrize(("law", "said"), [("late", "the distance"), ("hot", "T")])
+def test_it_is_told_or_the_structure_is_named(law: str, said: str) -> None:
+    """A coating that fails late was "explained by an offset of the coating", 0.95 sure."""
+    for seed in range(3):
+        found = diagnose(*campaign_of(seed, law))
+        told = [w for w in found.warnings if "they follow a law of their own" in w]
+        places = [{*p["variables"]} for p in found.where]
+        if told:
+            assert f"of coating DLC changes with {said} " in told[0], told
+            assert found.confidence <= EVEN or found.verdict == "unknown_structure"
+        else:
+            assert any("coating" in place for place in places), found.sentence
+
+
+def test_chance_is_hardly_ever_told() -> None:
+    told = 0
+    for seed in range(60):
+        campaign = prepare(*campaign_of(seed, "none"))
+        told += bool(with_own_laws(campaign, campaign.average(campaign.mu - campaign.mu.mean())))
+    assert told <= 1
+
+
+def test_one_wrong_test_is_no_law_of_its_level() -> None:
+    points, table = campaign_of(1, "none")
+    wrong = table["test_id"][table["coating"] == "DLC"].iloc[0]
+    points.loc[points["test_id"] == wrong, "mu"] += np.linspace(0.0, 0.1, POINTS)
+    campaign = prepare(points, table)
+    assert not with_own_laws(campaign, campaign.average(campaign.mu - campaign.mu.mean()))
