@@ -29,6 +29,8 @@ ORDER_PLACES, ORDER_WAVES = 24, 0.5
 IN_PRODUCTS = 3
 #: The same where one of them runs along metadata; of so many columns of metadata, those with the fewest levels first.
 WITH_METADATA, METADATA_IN_PRODUCTS = 2, 4
+#: Directions of the levels of a text: with fewer than it takes to tell them apart, those with the fewest tests have no products.
+OF_LEVELS = 5
 #: Metadata that agrees with a load by more than this correlation over the tests is that load.
 SAME_AS_LOAD = 0.999
 
@@ -69,7 +71,7 @@ def reference_curves(
     for name, values in histories(campaign).items():
         names.append(name)
         columns.append(_smooth(values, DISTANCE_PLACES, DISTANCE_REACH))
-    levels_of: dict[int, int] = {}
+    levels_of, texts = dict[int, int](), set[int]()
     first = len(names)
     # what numbers the tests first, so that a date or a time that says the same is left out beside it
     for name in sorted(set(campaign.system).difference(without), key=lambda n: (n != ORDER, n)):
@@ -83,6 +85,7 @@ def reference_curves(
             if len(levels) > MOST_LEVELS * len(campaign.tests):
                 continue
             block = (values[:, None] == levels[None, :]).astype(float)
+            texts.add(len(names))
         else:
             # in the order of the tests, what nobody recorded may come and go several times
             places, waves = (ORDER_PLACES, ORDER_WAVES) if name == ORDER else (PLACES, 0.0)
@@ -100,7 +103,7 @@ def reference_curves(
         for a, b, c in combinations(range(mains), 3)
     ]
     for b in sorted(levels_of, key=lambda k: levels_of[k])[:METADATA_IN_PRODUCTS]:
-        few = leading[b][:, :WITH_METADATA]
+        few = _leading(columns[b], OF_LEVELS if b in texts else WITH_METADATA)
         found += [Curves((a, b), products(leading[a][:, :WITH_METADATA], few)) for a in range(mains)]
     return names, found, range(first, len(names))
 
@@ -122,9 +125,9 @@ def _smooth(values: FloatArray, places: int, reach: float, waves: float = 0.0) -
     return np.column_stack([z, kernel(z) @ root.T])
 
 
-def _leading(columns: FloatArray) -> FloatArray:
-    """Return the strongest directions of a block of curves, shape (m, at most IN_PRODUCTS)."""
+def _leading(columns: FloatArray, most: int = IN_PRODUCTS) -> FloatArray:
+    """Return the strongest directions of a block of curves, shape (m, at most `most`)."""
     centred = columns - columns.mean(axis=0)
     u, s, _ = np.linalg.svd(centred, full_matrices=False)
-    kept = s[:IN_PRODUCTS] > 1e-6 * s[0]
-    return np.asarray(u[:, :IN_PRODUCTS][:, kept] * s[:IN_PRODUCTS][kept])
+    kept = s[:most] > 1e-6 * s[0]
+    return np.asarray(u[:, :most][:, kept] * s[:most][kept])
