@@ -53,7 +53,7 @@ def test_it_is_told_or_the_structure_is_named(law: str, said: str) -> None:
         places = [{*p["variables"]} for p in found.where]
         if told:
             assert f"of coating DLC changes with {said} " in told[0], told
-            assert found.confidence <= EVEN or found.verdict == "unknown_structure"
+            assert found.confidence <= EVEN or found.verdict in ("unknown_structure", "partly_explained")
         else:
             assert any("coating" in place for place in places), found.sentence
 
