@@ -69,10 +69,8 @@ class Bins:
         if len(term.parts) == 1:
             rows = {n: v[None, :] for n, v in shapes.items()}
             return self._alone(term.parts[0], rows | edges), shapes
-        product = np.ones((len(self.y), *([1] * len(grids))))
-        for k, part in enumerate(term.parts, 1):
-            product = product * self._factor(part, k, grids, edges)
-        full = np.broadcast_to(product, (len(self.y), *(len(g) for g in grids.values())))
+        first, second = (self._factor(part, k, grids, edges) for k, part in enumerate(term.parts, 1))
+        full = np.broadcast_to(first * second, (len(self.y), *(len(g) for g in grids.values())))
         return full.reshape(len(self.y), -1), shapes
 
     def _alone(self, part: Part, p: Mapping[str, Any]) -> FloatArray:

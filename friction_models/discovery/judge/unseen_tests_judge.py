@@ -17,7 +17,8 @@ from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
 from .naming.another_family import AnotherFamily
-from .naming.names import CLEAR, Names, along_the_distance, falls
+from .naming.instead import Instead, along_the_distance
+from .naming.names import CLEAR, Names, falls
 from .naming.other_laws import OtherLaws
 from .naming.own_form import OwnForm
 from .naming.products import Products
@@ -36,8 +37,6 @@ ALONE_SHARE, ALONE_CERTAIN, MUCH = 0.05, 3.0, 0.25
 MAYBE, CONFIRMED = 0.2, 1.7
 #: What leaves less than this share of the squared error on unseen tests need not be as significant.
 MOST = 0.5
-#: One of several names that takes less than this share of the squared error of the model may only mend the form of the others.
-LITTLE_BESIDE = 0.03
 
 
 class UnseenTestsJudge:
@@ -52,6 +51,7 @@ class UnseenTestsJudge:
         self.rivals = Rivals(campaign, found, self.straight, further)
         self.beside_repeats = BesideRepeats(campaign, unseen, self.straight)
         self.names = Names(unseen, found, self.straight, self.beside, further)
+        self.instead = Instead(self.names)
         self.two_loads = TwoLoads(self.names)
         self.products = Products(unseen, self.straight)
         self.own_form = OwnForm(unseen)
@@ -122,7 +122,7 @@ class UnseenTestsJudge:
             if verdict == "unknown_structure"
             else None,
             self.another_family.does_as_well(kept),
-            self._little(kept),
+            self.names.little(kept),
             repeats,
             sharper=self.other_laws.sharper(kept),
         )
@@ -144,7 +144,7 @@ class UnseenTestsJudge:
                 verdict = named
             elif not self.beside.shares([], alone).missing > 0.0:
                 verdict = named if kept and not left.believed else "nothing_missing"
-            elif kept and (several := self.names.several(kept[0])):
+            elif kept and (several := self.instead.several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = named, several
         if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
@@ -171,17 +171,17 @@ class UnseenTestsJudge:
             kept = next(([f] for f in kept if self.names.explain([f])), kept)
         shares = self.beside.shares(kept, alone)
         if verdict in NAMED and self._in_another_form(kept, shares):
-            if pair := self.names.along_the_distance():
+            if pair := self.instead.along_the_distance():
                 kept, shares = pair, self.beside.shares(pair, alone)
             elif shares.left > EXPLAINED:
                 return "unknown_structure", [], self.beside.shares([], alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
             kept, shares = [], self.beside.shares([], alone)
-        if verdict == "unknown_structure" and unseen_by_scan and (one := self.names.alone()):
+        if verdict == "unknown_structure" and unseen_by_scan and (one := self.instead.alone()):
             return "explained", one, self.beside.shares(one)
         if verdict == "unknown_structure" and (
-            together := self.names.together() or self.names.along_the_distance() or self._levels()
+            together := self.instead.together() or self.instead.along_the_distance() or self._levels()
         ):
             kept, shares = together, self.beside.shares(together)
             verdict = self._verdict(named, kept, shares)
@@ -261,7 +261,7 @@ class UnseenTestsJudge:
         others = [f for f in kept if f.name not in other_laws]
         if others and not helps(self.beside.without_names, self.unseen.errors(effects_of(others))):
             others = []  # they only mended the other law
-        pair = [] if others else self.names.along_the_distance()
+        pair = [] if others else self.instead.along_the_distance()
         shares = self.beside.shares(pair or others, alone)
         if pair:
             rivals = told(pair, self._rivals(pair, shares))
@@ -285,14 +285,6 @@ class UnseenTestsJudge:
             if helped and self.names.explain([fit]) and not self.other_laws.among([fit], sure=True):
                 return fit
         return None
-
-    def _little(self, kept: list[Fit]) -> tuple[str, ...]:
-        """Return of several names those without which the squared error rises by next to nothing of what the model leaves."""
-        if len(kept) < 2:
-            return ()
-        whole, base = self.unseen.errors(effects_of(kept)).rms ** 2, self.beside.without_names.rms**2
-        without = {f.name: self.unseen.errors(effects_of([o for o in kept if o is not f])) for f in kept}
-        return tuple(name for name, errors in without.items() if errors.rms**2 - whole < LITTLE_BESIDE * base)
 
     def _is_fault(self, name: str) -> bool:
         """Return whether an effect is a fault of the data."""

@@ -1,18 +1,16 @@
-"""Which names unseen tests keep: added one after the other, exchanged, left out; or a sum that explains only together."""
+"""Which names unseen tests keep: added one after the other, exchanged, left out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
-from ....effects.base import Effect
 from ....estimation.search.importance import LEAST_SHARE
 from ....estimation.search.scan import Fit
 from ....estimation.search.search_round import SearchRound
-from ....estimation.search.unseen_loads import AS_GOOD, driven_by_load, own_load
+from ....estimation.search.unseen_loads import AS_GOOD, driven_by_load
 from ..beside_reference import BesideReference, effects_of
 from ..confirmation import EXPLAINED
 from ..error_budget import fall, helps
@@ -36,19 +34,17 @@ CERTAIN = 2.0
 BETTER = 1.0
 #: An effect of this share of the gain of another one fits about as well.
 ALIKE = 0.9
-#: Effects from which a sum is grown before structure is called unknown.
-LEADS = 3
 #: Rivals that are tried in place of an effect that does not help.
 RIVALS = 4
 #: Standard errors by which unseen tests alone show an effect that the scan does not, where nothing that it shows helps.
 ALONE = 3.0
-#: Two effects along the distance leave less than this share of what can be predicted.
-HARDLY_LEFT = 0.07
 #: Share of the squared error by which unseen tests must fall where what is added is not certain by them alone.
 CONFIRMED_SHARE = 0.15
 #: The same for one of loads that the scan sees for certain beside others, or its share of what can be predicted beyond them, where that
 #: is certain; standard errors by which the error must then fall.
 CLEAR_SHARE, MUCH_OF_THE_REST, CLEARLY = 0.1, 0.5, 1.2
+#: One of several names that takes less than this share of the squared error of the model may only mend the form of the others.
+LITTLE_BESIDE = 0.03
 
 
 @dataclass(frozen=True)
@@ -68,9 +64,9 @@ class Names:
         """
         first = self.that_help(chosen, 1)
         for clear in (True, False) if first and first[0] is chosen[0] else (False,):
-            kept = self._grown(first, len(chosen), clear=clear)
+            kept = self.grown(first, len(chosen), clear=clear)
             if (instead := self._best_led(kept)) is not kept:
-                kept = self._grown(instead, len(instead), clear=clear)
+                kept = self.grown(instead, len(instead), clear=clear)
             needed = self.needed(kept, clear)
             if clear and len(needed) > 1 and self.explain(needed):
                 break
@@ -80,95 +76,17 @@ class Names:
         """Return whether unseen tests are predicted about as well as they can be."""
         return self.beside.shares(kept).left < EXPLAINED
 
-    def several(self, first: Fit) -> list[Fit]:
-        """Return several effects that explain together: led by the first one, else two led by the one that fits best as it is."""
-        grown = self.needed(self._grown([first], 2))
-        if len(grown) > 1 and self.explain(grown):
-            return grown
-        # effects with memory take long to fit, and hold simpler ones
-        plain = [f for f in self.found.ranking if not f.effect.needs_state]
-        best = max(plain, key=lambda f: f.gain, default=first)
-        if best.name == first.name or not self._helps([], best):
-            return []
-        grown = self.needed(self._grown([best], 2, most=2))
-        return grown if len(grown) > 1 and self.explain(grown) else []
-
-    def together(self) -> list[Fit]:
-        """Return effects of different loads that explain together, each missed where it is left out, if there are some.
-
-        What others leave between tests hides each of them: none lowers the error for certain before all are there.
-        """
-        leads: dict[str, Fit] = {}
-        for fit in self.found.ranking[: 2 * RIVALS]:
-            load = own_load(fit.effect)
-            if fit.effect.kind != "fault" and not (load and fit.effect.needs_state):
-                leads.setdefault(load[0] if load else fit.name, fit)
-        sums: dict[frozenset[str], list[Fit]] = {}
-        for lead in [*leads.values()][:LEADS]:
-            fits = self._sum(lead)
-            sums.setdefault(frozenset(f.name for f in fits), fits)
-        fits = min(sums.values(), key=lambda fits: self.straight.errors(fits).rms, default=[])
-        alone = self.beside.shares([])
-        # refits take long: with the shapes of the search, which saw all tests, what explains leaves as little
-        if len(fits) < 2 or self.straight.errors(fits).rms ** 2 - alone.best > EXPLAINED * alone.missing:
-            return []
-        needed = self.needed(fits) if self.explain(fits) else []
-        return needed if len(needed) > 1 and self.explain(needed) else []
-
-    def alone(self) -> list[Fit]:
-        """Return the effect of the first ones of the ranking that explains by itself what unseen tests show and the search does not.
-
-        The noise of few tests holds what is missing: beside three loads at three levels each, nine tests leave two numbers for it.
-        """
-        tried = [f for f in self.found.ranking[: RIVALS + 1] if f.effect.kind != "fault"]
-        errors = {f.name: self.unseen.errors(effects_of([f])) for f in tried}
-        best = min(tried, key=lambda f: errors[f.name].rms, default=None)
-        if best is None or not falls(self.beside.without_names, errors[best.name], APART):
-            return []
-        return [best] if self.explain([best]) else []
-
-    def along_the_distance(self) -> list[Fit]:
-        """Return two effects along the distance that leave next to nothing, each of them missed for certain, if there are some.
-
-        Friction falls while surfaces run in and rises when they wear, in the same tests: each alone bends otherwise than what is
-        there, and free curves along the distance would hide one beside the other. Along a load, two such laws would be a window.
-        """
-        plain = [f for f in self.found.ranking[: RIVALS + 1] if along_the_distance(f.effect)]
-        pairs = map(list, combinations(plain, 2))
-        # refitted: shapes of the search are those of effects that stand alone
-        pair = min(pairs, key=lambda fits: self.unseen.errors(effects_of(fits)).rms, default=[])
-        if not pair or self.beside.shares(pair).left > HARDLY_LEFT:
-            return []
-        after = self.unseen.errors(effects_of(pair))
-        return pair if all(self._missed([fit], after) >= ALONE for fit in pair) else []
-
-    def _sum(self, lead: Fit) -> list[Fit]:
-        """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""
-        fits = [lead]
-        while len(fits) < MOST_NAMED:
-            loads = {d for f in fits if own_load(f.effect) for d in f.effect.driver}
-            other = [
-                f
-                for f in self.further(fits)
-                if f.effect.kind != "fault" and loads.isdisjoint(f.effect.driver)
-            ]
-            best = min(other, key=lambda f: self.straight.errors([*fits, f]).rms, default=None)
-            if best is None or not helps(self.straight.errors(fits), self.straight.errors([*fits, best])):
-                break
-            fits.append(best)
-        return fits
-
     def that_help(self, chosen: list[Fit], most: int = MOST_NAMED) -> list[Fit]:
         """Return the effects that lower the error on unseen tests, one after the other; a rival where none does."""
         kept: list[Fit] = []
         for fit in chosen:
-            if len(kept) < most and self._helps(kept, fit):
+            if len(kept) < most and self.adds(kept, fit):
                 kept.append(fit)
         if kept:
             return kept
         tried = [f for f in self.found.ranking[: RIVALS + 1] if f.name not in {c.name for c in chosen[:1]}]
         seen = (f for f in tried if (chosen and self.found.p_value(f) < LEVEL) or self._shown(f))
-        return next(([f] for f in seen if self._helps([], f)), [])
+        return next(([f] for f in seen if self.adds([], f)), [])
 
     def _shown(self, fit: Fit) -> bool:
         """Return whether unseen tests alone show an effect for certain; in the scan others may drown it."""
@@ -195,7 +113,7 @@ class Names:
                     return instead
         return kept
 
-    def _grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED, clear: bool = False) -> list[Fit]:
+    def grown(self, kept: list[Fit], wanted: int, most: int = MOST_NAMED, clear: bool = False) -> list[Fit]:
         """Return the effects with further ones, while these lower the error; at least `wanted` are tried, and what is `clear`.
 
         Where the reference predicts no more than they do, only what unseen tests confirm by themselves follows: it does not see all.
@@ -221,14 +139,14 @@ class Names:
         while len(kept) > 1:
             after = self.unseen.errors(effects_of(kept))
             without = [[g for g in kept if g is not f] for f in kept]
-            missed = [self._missed(fits, after) for fits in without]
+            missed = [self.missed(fits, after) for fits in without]
             least = int(np.argmin(missed))
             if missed[least] >= APART or (clear and self._clear(without[least], kept[least], after)):
                 break
             kept = without[least]
         return kept
 
-    def _missed(self, without: Sequence[Fit], after: ErrorsByTest) -> float:
+    def missed(self, without: Sequence[Fit], after: ErrorsByTest) -> float:
         """Return by how many standard errors unseen tests miss a name without which they are predicted so.
 
         One test that is then predicted beyond all that was measured makes the standard error as large as the mean, but is no chance.
@@ -296,7 +214,7 @@ class Names:
         ]
         return next(([f, *others] for f in rivals if self._prefer(kept, [f, *others])), kept)
 
-    def _helps(self, kept: Sequence[Fit], fit: Fit) -> bool:
+    def adds(self, kept: Sequence[Fit], fit: Fit) -> bool:
         before = self.unseen.errors(effects_of(kept)) if kept else self.beside.without_names
         after = self.unseen.errors(effects_of([*kept, fit]))
         p = self.found.p_value(fit)
@@ -310,10 +228,13 @@ class Names:
             return 0.0
         return _certainty(*(self.unseen.errors(effects_of(fits)) for fits in (kept[:-1], kept)))
 
-
-def along_the_distance(effect: Effect) -> bool:
-    """Return whether an effect is a curve along the distance, without memory."""
-    return effect.driver == ("sd",) and not effect.needs_state
+    def little(self, kept: list[Fit]) -> tuple[str, ...]:
+        """Return of several names those without which the squared error rises by next to nothing of what the model leaves."""
+        if len(kept) < 2:
+            return ()
+        whole, base = self.unseen.errors(effects_of(kept)).rms ** 2, self.beside.without_names.rms**2
+        without = {f.name: self.unseen.errors(effects_of([o for o in kept if o is not f])) for f in kept}
+        return tuple(name for name, errors in without.items() if errors.rms**2 - whole < LITTLE_BESIDE * base)
 
 
 def _certainty(before: ErrorsByTest, after: ErrorsByTest) -> float:
