@@ -106,6 +106,16 @@ class BinnedTests:
         )  # fmt: skip
 
     @cached_property
+    def first_of_bins(self) -> BinnedTests:
+        """The same bins, each with its first point alone."""
+        rows = self.starts
+        return BinnedTests(
+            self.loads.take(rows), self.mu[rows], self.tests, self.first_bins, np.arange(len(rows)), np.ones(len(rows)),
+            self.test, self.slot, self.distance[rows], {name: column[rows] for name, column in self.system.items()},
+            grouped=self.grouped,
+        )  # fmt: skip
+
+    @cached_property
     def _first_of_pieces(self) -> npt.NDArray[np.intp]:
         """First point of each piece."""
         edges = self.starts[:, None] + self.count[:, None].astype(np.intp) * np.arange(PIECES) // PIECES

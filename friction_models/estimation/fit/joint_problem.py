@@ -162,12 +162,13 @@ class JointProblem:
         effect = self.effects[k]
         if effect.states or "v_rel" not in effect.driver:
             return np.zeros(block.shape[1])
-        at_rest = bin_means(effect, self._at_rest, self.mu, shape)[:, 0]
+        at_rest = bin_means(effect, self._at_rest, self.mu[self.campaign.starts], shape)[:, 0]
         return np.ptp(np.vstack([block, at_rest]), axis=0) - np.ptp(block, axis=0)
 
     @cached_property
     def _at_rest(self) -> BinnedTests:
-        return self.campaign.with_load("v_rel", np.zeros(len(self.campaign.mu)))
+        # without its speed one point of a bin tells as much as all
+        return self.campaign.first_of_bins.with_load("v_rel", np.zeros(len(self.campaign.starts)))
 
     def solve(
         self, shapes: Sequence[Mapping[str, float]], blocks: list[FloatArray] | None = None
