@@ -85,7 +85,7 @@ def test_nothing_is_missing_is_not_sure_where_an_effect_stands_out() -> None:
 
 def _doubts(verdict: str, tests: int = 30, *, fixed: bool = False, **known: Any) -> list[Doubt]:
     """Return what speaks against an answer to so many tests of mu = 1 with a noise of 0.01."""
-    grounds = {"reference": known.pop("reference", 0.0), "seen": 3.0}
+    grounds = {name: known.pop(name, 0.0) for name in ("reference", "beyond")} | {"seen": 3.0}
     campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests), point_test=np.arange(tests))
     floor = SimpleNamespace(known=True, total=0.01, sensor=0.001)
     found: Any = SimpleNamespace(floor=floor, ranking=[])
@@ -97,15 +97,18 @@ def _doubts(verdict: str, tests: int = 30, *, fixed: bool = False, **known: Any)
 
 
 @pytest.mark.parametrize("odd", [False, True])
-@pytest.mark.parametrize(("tests", "reference", "sure"), [(30, 0.0, True), (30, 2.6, False), (7, 0.0, False)])
+@pytest.mark.parametrize(
+    ("tests", "reference", "beyond", "sure"),
+    [(30, 0.0, 1.9, True), (30, 0.0, 2.1, False), (30, 2.6, 2.6, False), (7, 0.0, 0.0, False)],
+)
 def test_nothing_is_missing_is_not_sure_where_the_reference_doubts_or_knows_nothing(
-    tests: int, reference: float, sure: bool, odd: bool
+    tests: int, reference: float, beyond: float, sure: bool, odd: bool
 ) -> None:
-    """The reference predicts better by 2.6 standard errors; of seven tests it says nothing about what sets them apart.
+    """The reference predicts better by two standard errors, believed or not; of seven tests it says nothing about what sets them apart.
 
     Tests that are odd, and stay, hide what is missing.
     """
-    doubts = _doubts("nothing_missing", tests, reference=reference, odd_kept=odd)
+    doubts = _doubts("nothing_missing", tests, reference=reference, beyond=beyond, odd_kept=odd)
     said = sureness(0.95, doubts)
     most = LIKELY if odd or tests < 8 else 0.95 if sure else MOSTLY
     assert said.value == most and bool(said.held_by) is (most < 0.95)
