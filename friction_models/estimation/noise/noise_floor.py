@@ -123,7 +123,7 @@ def estimate(
         layout, rows = layout.subset(some)
         y, mean = y[rows], mean[rows]
     mean = independent_columns(mean)
-    residual = y - mean @ (mean.T @ y)
+    residual = y - mean @ np.linalg.lstsq(mean, y, rcond=None)[0]
     variances = VariancesOfFloor(layout, y, mean, max(float(np.std(residual)), 1e-9))
     noise = sensor_noise(campaign, campaign.mu)
     earlier = Variances(start.test, start.drift, start.drift_length, start.bin_sensor) if start else None
