@@ -39,7 +39,7 @@ class Candidate:
 
 def load_columns(loads: TriboLoads) -> LoadColumns:
     """Return the loads as columns for a formula."""
-    return LoadColumns.from_matrix(OPS, loads.as_array())
+    return LoadColumns(*(getattr(loads, n)[:, None] for n in LOAD_NAMES))
 
 
 def tested_ranges(loads: TriboLoads) -> dict[str, tuple[float, ...]]:
@@ -161,7 +161,8 @@ def bin_means(
 
     A few averages of neighbouring points tell the mean of a bin.
     """
-    mu, campaign = campaign.over_pieces(mu), campaign.pieces
+    mu = campaign.over_pieces(mu) if effect.needs_mu else campaign.pieces.mu
+    campaign = campaign.pieces
     columns = evaluate_points(effect, campaign, mu, shape)
     full = (np.ascontiguousarray(shaped(effect, "basis", c, (len(mu), sets))) for c in columns)
     return np.stack([campaign.average(c) for c in full], axis=2)
