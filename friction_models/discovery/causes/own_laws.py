@@ -15,7 +15,7 @@ from ...loads.splits import Mask
 
 #: Fewest tests of a level, and of all others.
 LEAST_TESTS = 5
-#: Chance below which it is told, over all levels and loads that are looked at, also without any one of the tests of the level.
+#: Chance below which it is told, over all levels and loads that are looked at.
 BY_CHANCE = 0.001
 
 
@@ -82,20 +82,23 @@ def _along_tests(campaign: BinnedTests, residual: FloatArray) -> Iterator[_Line]
 
 
 def _chance(line: _Line, own: Mask) -> float:
-    """Return the chance of the slope that some tests have beyond that of all others, the largest without any one of them."""
-    columns = np.column_stack([line.columns, own[:, None] * line.columns])
-    chance = _p_value(columns, line.values)
-    if chance < BY_CHANCE:
-        others = (np.delete(np.arange(len(own)), k) for k in np.flatnonzero(own))
-        chance = max(chance, *(_p_value(columns[rows], line.values[rows]) for rows in others))
-    return chance
-
-
-def _p_value(columns: FloatArray, values: FloatArray) -> float:
-    """Return the two-sided p-value of the last of some columns (t test); 1 where the others say the same."""
-    q, r = np.linalg.qr(columns)
-    if abs(r[-1, -1]) < 1e-6 * np.linalg.norm(columns[:, -1]):
+    """Return the chance of so different slopes of some tests and of all others, each with the scatter of its own (Welch's t test)."""
+    (slope, square, freedom), (other, other_square, other_freedom) = (
+        _slope(line.columns[tests], line.values[tests]) for tests in (own, ~own)
+    )
+    both = square + other_square
+    if not 0.0 < both < np.inf:
         return 1.0
+    free = both**2 / (square**2 / freedom + other_square**2 / other_freedom)
+    return float(2.0 * stdtr(free, -abs(slope - other) / np.sqrt(both)))
+
+
+def _slope(columns: FloatArray, values: FloatArray) -> tuple[float, float, int]:
+    """Return the factor of the last of some columns, its squared standard error, infinite where others say the same, and its freedom."""
+    q, r = np.linalg.qr(columns)
     freedom = len(values) - columns.shape[1]
-    rest = float(values @ values - np.sum((q.T @ values) ** 2)) / freedom
-    return float(2.0 * stdtr(freedom, -abs(float(q[:, -1] @ values)) / np.sqrt(max(rest, 1e-300))))
+    size = abs(float(r[-1, -1]))
+    if size < 1e-6 * np.linalg.norm(columns[:, -1]):
+        return 0.0, np.inf, freedom
+    rest = float(np.sum((values - q @ (q.T @ values)) ** 2)) / freedom
+    return float(q[:, -1] @ values) / float(r[-1, -1]), rest / size**2, freedom
