@@ -16,7 +16,7 @@ from ...loads.splits import Mask
 #: Fewest tests of a level, and of all others.
 LEAST_TESTS = 5
 #: Chance below which it is told, over all levels and loads that are looked at.
-BY_CHANCE = 0.001
+BY_CHANCE = 0.01
 
 
 class _Line(NamedTuple):

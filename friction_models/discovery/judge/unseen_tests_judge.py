@@ -170,10 +170,11 @@ class UnseenTestsJudge:
             # of parts that are known as a difference only, one that explains by itself is enough
             kept = next(([f] for f in kept if self.names.explain([f])), kept)
         shares = self.beside.shares(kept, alone)
-        if verdict in NAMED and self._in_another_form(kept, shares):
+        another_form = verdict in NAMED and self._in_another_form(kept, shares)
+        if another_form or (verdict in NAMED and _one_of_two(kept, shares)):
             if pair := self.instead.along_the_distance():
                 kept, shares = pair, self.beside.shares(pair, alone)
-            elif shares.left > EXPLAINED:
+            elif another_form:
                 return "unknown_structure", [], self.beside.shares([], alone)
         verdict = self._verdict(verdict, kept, shares)
         if verdict not in NAMED and kept:
@@ -236,14 +237,13 @@ class UnseenTestsJudge:
         """Return whether one effect leaves most of what is left along its own load: what is there bends otherwise than it can.
 
         A hump in a load is no threshold, though a threshold beside a falling line draws most of it. Over two loads a law has more
-        ways to differ from its formula, and is still that law. Along the distance a second law may leave little beside the first.
+        ways to differ from its formula, and is still that law.
         """
-        if len(kept) != 1 or not shares.believed or shares.left > NOT_THE_ANSWER:
+        if len(kept) != 1 or not shares.believed or not EXPLAINED < shares.left <= NOT_THE_ANSWER:
             return False
         effect = kept[0].effect
         if (
-            (shares.left <= EXPLAINED and not along_the_distance(effect))
-            or (effect.needs_state and shares.left < BENT_MEMORY)
+            (effect.needs_state and shares.left < BENT_MEMORY)
             or len(effect.driver) > 1
             or effect.driver[0] not in LOAD_NAMES
         ):
@@ -307,6 +307,11 @@ class UnseenTestsJudge:
 def _told_apart(kept: Sequence[Fit], alike: Sequence[str], behind: Sequence[str]) -> bool:
     """Return whether unseen tests left behind all that the scan could not tell from what is named, or need it beside that."""
     return len({*alike, *behind}) > 1 and {*alike} <= {*behind, *(f.name for f in kept)}
+
+
+def _one_of_two(kept: Sequence[Fit], shares: ErrorShares) -> bool:
+    """Return whether the only name is a law along the distance, beside which something can be predicted, however little: perhaps a second one."""
+    return len(kept) == 1 and shares.believed and along_the_distance(kept[0].effect)
 
 
 def _certainly_missing(shares: ErrorShares) -> bool:

@@ -63,7 +63,7 @@ def test_chance_is_hardly_ever_told() -> None:
     for seed in range(60):
         campaign = prepare(*campaign_of(seed, "none"))
         told += bool(with_own_laws(campaign, campaign.average(campaign.mu - campaign.mu.mean())))
-    assert told <= 1
+    assert told <= 2
 
 
 def test_one_wrong_test_is_no_law_of_its_level() -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
+
 from ....effects.base import Effect
 from ....estimation.search.scan import Fit
 from ....estimation.search.unseen_loads import own_load
@@ -77,7 +79,7 @@ class Instead:
         return [best] if self.names.explain([best]) else []
 
     def along_the_distance(self) -> list[Fit]:
-        """Return two effects along the distance that leave next to nothing, each of them missed for certain, if there are some.
+        """Return two effects along the distance that leave next to nothing, one falling and one rising, each missed for certain, if there are some.
 
         Friction falls while surfaces run in and rises when they wear, in the same tests: each alone bends otherwise than what is
         there, and free curves along the distance would hide one beside the other. Along a load, two such laws would be a window.
@@ -89,7 +91,11 @@ class Instead:
         if not pair or self.names.beside.shares(pair).left > HARDLY_LEFT:
             return []
         after = self.names.unseen.errors(effects_of(pair))
-        return pair if all(self.names.missed([fit], after) >= ALONE for fit in pair) else []
+        if any(self.names.missed([fit], after) < ALONE for fit in pair):
+            return []
+        # of two that both fall, one only mends the form of the other
+        one, other = (t.binned for t in self.names.unseen.fitted(effects_of(pair)).terms)
+        return pair if float(np.cov(one, other)[0, 1]) < 0.0 else []
 
     def _sum(self, lead: Fit) -> list[Fit]:
         """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""
