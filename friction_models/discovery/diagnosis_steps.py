@@ -37,11 +37,13 @@ from ..models.domain import Domain
 from ..models.model_card import LISTED_TESTS, test_digests
 from ..models.tangent import polynomial_columns
 from .answer.diagnosis import Diagnosis
+from .answer.summaries import base_residual
 from .assembly import assemble
 from .effect_search import EffectSearch
 from .formulas.beside_names import beside_names
 from .formulas.missing import Missing
 from .formulas.search import not_offered, offers
+from .judge.beside_levels import beside_levels
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
 from .judge.judged import Judged
@@ -128,6 +130,7 @@ def diagnose(
         judged.confirmed = beside_names(judged.confirmed, missing)
         if judged.verdict not in NAMED:
             missing = _missing(campaign, judged, seed)
+    judged.confirmed, about_levels = beside_levels(judged.confirmed, campaign, _left(campaign, judged))
     if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign.loads, 1), scaled=False)
@@ -136,7 +139,7 @@ def diagnose(
             if beside.verdict in NAMED and beside.verdict != judged.verdict:
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
-    judged.notes[:0] = notes
+    judged.notes[:0] = [*notes, *about_levels]
     judged.odd_kept, judged.odd_region = tested.odd_kept, tested.odd_region
     if base.fixed and knows_the_noise(measured, base_law(base.model, measured, seed)):
         judged.knows_noise = True
@@ -203,6 +206,13 @@ def _share_outside(campaign: BinnedTests, base: BaseLaw) -> float:
         domain = domain.without(campaign.absent)
     outside = np.asarray(domain.distance(campaign.loads.as_array())) > 0.1
     return float(np.mean(means_of_tests(outside.astype(float), campaign.point_starts)))
+
+
+def _left(campaign: BinnedTests, judged: Judged) -> FloatArray:
+    """Return what a fit to all tests leaves in the bins, shape (m,), beside what is named."""
+    if judged.unseen is None or not judged.named:
+        return base_residual(campaign, judged.found)
+    return judged.unseen.fitted([f.effect for f in judged.named]).residual
 
 
 def _unexplained(confirmed: Confirmation) -> bool:

@@ -197,6 +197,7 @@ def floor_source(floor: NoiseFloorNumbers, named: Sequence[str] = ()) -> str:
         )
     said = {
         "reference": "what flexible curves over loads and metadata do not predict of unseen tests",
+        "level": "what a line of their own does not predict of the tests of one level, nor the model of all others",
         "terms": "what no empirical term beside what would be named predicts of unseen tests",
         "model": model,
         "unknown": "cannot be known from so few tests",

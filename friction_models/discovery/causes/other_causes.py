@@ -14,7 +14,6 @@ from ..judge.doubts import EVEN, LIKELY, Doubt
 from .another_law import draws_another_law
 from .lone_levels import about_lone_levels
 from .one_test import resting_on_one
-from .own_laws import with_own_laws
 from .run_order import about_jumps, alike_in_order, jumps_in_order, jumps_instead
 from .test_groups import TestGroups, unrecorded_factor
 
@@ -29,7 +28,6 @@ class OtherCauses:
     on_one: Mapping[str, str]  #: The test on which a name rests, by name.
     jumps: Mapping[str, str]  #: By how much and where the tests jump, by the name that only follows it.
     instead: Mapping[str, tuple[str, str]]  #: Tests between which a jump does as well, by name.
-    own_laws: Sequence[str]  #: Levels of the test table whose tests follow a law of their own, in words.
     another_law: bool  #: Whether a name draws a law that it is not, by cancelling slopes of the model.
 
     @classmethod
@@ -53,7 +51,6 @@ class OtherCauses:
             resting_on_one(campaign, found, chosen),
             jumps_in_order(campaign, fitted),
             jumps_instead(campaign, found, fitted),
-            with_own_laws(campaign, unknown),
             draws_another_law(campaign, fitted, sharper),
         )
 
@@ -66,8 +63,6 @@ class OtherCauses:
         # of 37 answers with one of these, to campaigns of three authors, 21 were right
         if self.jumps or self.instead:
             found.append(Doubt("a jump in the order of the tests does as well", EVEN))
-        if self.own_laws and verdict not in ("unknown_structure", "partly_explained"):
-            found.append(Doubt("the tests of one level follow a law of their own", EVEN))
         if self.another_law:
             found.append(Doubt("a name draws another law than its own along its load", EVEN))
         if self.on_one:  # of 23 such answers 17 were right
@@ -83,6 +78,5 @@ class OtherCauses:
             ),
             *self.in_order,
             *self.lone_levels,
-            *self.own_laws,
             *about_jumps(self.jumps, self.instead),
         ]

@@ -90,6 +90,9 @@ def doubts_of(
         (judged.knows_noise, EVEN, "the model knows the noise of these points"),
         (not judged.found.floor.known, EVEN, "nothing says how much these tests scatter"),
     )
+    shares = judged.confirmed.shares
+    if shares is not None and shares.source == "level":
+        doubts.append(Doubt("a straight line of the tests of one level is all that shows it", LIKELY))
     if verdict == "nothing_missing":
         return [*doubts, *_of_nothing(campaign, judged, grounds)]
     if verdict == "unknown_structure":

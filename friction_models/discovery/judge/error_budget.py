@@ -33,8 +33,9 @@ class ErrorShares:
     best: float  #: Of the best prediction that is likely, model or reference, between and within tests each.
     certainty: float  #: Standard errors by which the reference is better than the model with what is named.
     interval: tuple[float, float]  #: 95 % interval of `best` over the tests.
-    #: Whose prediction `best` is, between or within tests: of the model, the flexible reference, or of terms beside what is named.
-    source: Literal["model", "reference", "terms"]
+    #: Whose prediction `best` is, between or within tests: of the model, the flexible reference, of terms beside what is named, or of
+    #: a law that the tests of one level have.
+    source: Literal["model", "reference", "terms", "level"]
     #: Standard errors by which the reference is better than the model with what is named, between or within tests, however
     #: little it is; 0 where it is not better.
     beyond: float = 0.0

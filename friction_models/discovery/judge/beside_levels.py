@@ -1,0 +1,52 @@
+"""Laws of single levels beside an answer: where the tests of a coating or batch follow one of their own, something is left.
+
+The noise of few such tests hides it from the flexible reference, which has to find all products of loads and columns at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...estimation.campaign.binned_tests import BinnedTests
+from ...estimation.search.structure import places_of
+from ...loads import FloatArray
+from .confirmation import EXPLAINED, Confirmation
+from .error_budget import fall, interval_of
+from .own_laws import own_law
+from .unseen_tests import errors_of_tests
+
+#: Verdicts that say that nothing is left.
+COMPLETE = ("nothing_missing", "explained", "ambiguous")
+
+
+def beside_levels(
+    confirmed: Confirmation, campaign: BinnedTests, residual: FloatArray
+) -> tuple[Confirmation, list[str]]:
+    """Return an answer, or what is left of it where the tests of a level follow a law of their own, and what is said of that.
+
+    `residual`, shape (m,), is what a fit to all tests leaves in the bins.
+    """
+    shares = confirmed.shares
+    if shares is None or confirmed.verdict not in COMPLETE or (law := own_law(campaign, residual)) is None:
+        return confirmed, []
+    before, after = (errors_of_tests(campaign, r) for r in (residual, residual - law.predicted))
+    gain, certain = fall(before, after)
+    best = shares.named * after.total / float(np.mean(before.total))
+    if gain <= 0.0 or float(np.mean(best)) >= shares.best:
+        return confirmed, []
+    shares = replace(
+        shares, best=float(np.mean(best)), certainty=certain, interval=interval_of(best), source="level"
+    )
+    verdict = confirmed.verdict
+    if verdict == "nothing_missing":
+        verdict = "unknown_structure"
+    elif verdict == "explained" and shares.left > EXPLAINED:
+        verdict = "partly_explained"
+    where = places_of(campaign, law.predicted, [law.column])
+    said = (
+        f"the tests of {law.column} {law.level} change with {law.along} otherwise than all others, beyond what an offset of that level can be: look at "
+        "them by themselves"
+    )
+    return replace(confirmed, verdict=verdict, shares=shares, where=where, beyond=law.predicted), [said]
