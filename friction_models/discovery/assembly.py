@@ -139,9 +139,14 @@ class _Assembly:
         return missing > EXPLAINED * (missing + explained)
 
     @cached_property
+    def left(self) -> FloatArray:
+        """What a fit to all tests leaves in the bins, shape (m,)."""
+        return self.fitted.residual if self.named else base_residual(self.campaign, self.found)
+
+    @cached_property
     def causes(self) -> OtherCauses:
         """What else may have made what is named or left."""
-        left = self.fitted.residual if self.named else base_residual(self.campaign, self.found)
+        left = self.left
         # what loads and metadata say of unseen tests is no group that nobody recorded
         beyond = self.confirmed.beyond
         unknown = left if beyond is None else left - beyond
@@ -182,8 +187,8 @@ class _Assembly:
 
     @cached_property
     def codes(self) -> dict[str, list[int]]:
-        """Columns of the test table whose numbers may be names, where most is left along them."""
-        return codes_along(self.campaign, self.where)
+        """Columns of the test table whose numbers may be names."""
+        return codes_along(self.campaign, self.where, self.left)
 
     @cached_property
     def where(self) -> list[StructurePlace]:

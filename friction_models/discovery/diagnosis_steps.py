@@ -130,7 +130,7 @@ def diagnose(
         judged.confirmed = beside_names(judged.confirmed, missing)
         if judged.verdict not in NAMED:
             missing = _missing(campaign, judged, seed)
-    judged.confirmed, about_levels = beside_levels(judged.confirmed, campaign, _left(campaign, judged))
+    judged.confirmed = beside_levels(judged.confirmed, campaign, _left(campaign, judged))
     if base.fixed and judged.verdict in UNEXPLAINED:
         # a model fitted to data that contain the effect has absorbed the linear part of it
         shifted = replace(base, columns=polynomial_columns(campaign.loads, 1), scaled=False)
@@ -139,7 +139,7 @@ def diagnose(
             if beside.verdict in NAMED and beside.verdict != judged.verdict:
                 judged, base, whole = beside, shifted, (campaign, shifted)
                 judged.notes.append(BESIDE_A_SHIFT.format(base=base.name))
-    judged.notes[:0] = [*notes, *about_levels]
+    judged.notes[:0] = notes
     judged.odd_kept, judged.odd_region = tested.odd_kept, tested.odd_region
     if base.fixed and knows_the_noise(measured, base_law(base.model, measured, seed)):
         judged.knows_noise = True

@@ -83,6 +83,10 @@ def reservations(
         "that, and no effect"
         for name, beside in confirmed.own_form.items()
     ]
+    if confirmed.own_law:
+        said.append(
+            f"{confirmed.own_law}, beyond what an offset of that level can be: look at them by themselves"
+        )
     if confirmed.by_powers:
         said.append(
             f"in the place of {listed(confirmed.by_powers)}, a power law of the loads predicts unseen tests about as well as the straight law does with it: "

@@ -11,7 +11,7 @@ from ...common import InputError
 from ...loads import LOADS, DataSet
 from ...loads.contract import ORDER
 from ...loads.dataset import roles_of
-from ...loads.run_order import with_numbered_dates
+from ...loads.run_order import with_places
 
 
 def join_campaigns(campaigns: Mapping[str, DataSet]) -> tuple[DataSet, list[str]]:
@@ -97,7 +97,7 @@ def _continued(
         table = tests.assign(test_id=tests["test_id"].astype(str))
         table = table[table["test_id"].isin(names)].reset_index(drop=True)
         table["test_id"] = table["test_id"].map(names)
-        table = with_numbered_dates(table)
+        table = with_places(table)
     if ORDER not in table.columns and last > 0.0:
         table[ORDER] = np.arange(1.0, len(table) + 1.0)  # as they stand, after all before
     if ORDER in table.columns:

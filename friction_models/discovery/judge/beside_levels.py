@@ -17,36 +17,35 @@ from .error_budget import fall, interval_of
 from .own_laws import own_law
 from .unseen_tests import errors_of_tests
 
-#: Verdicts that say that nothing is left.
-COMPLETE = ("nothing_missing", "explained", "ambiguous")
+#: Verdicts that may say that nothing is left, or not where.
+ASKED = ("nothing_missing", "explained", "ambiguous", "partly_explained")
 
 
-def beside_levels(
-    confirmed: Confirmation, campaign: BinnedTests, residual: FloatArray
-) -> tuple[Confirmation, list[str]]:
-    """Return an answer, or what is left of it where the tests of a level follow a law of their own, and what is said of that.
+def beside_levels(confirmed: Confirmation, campaign: BinnedTests, residual: FloatArray) -> Confirmation:
+    """Return an answer, or what is left of it where the tests of a level follow a law of their own.
 
     `residual`, shape (m,), is what a fit to all tests leaves in the bins.
     """
     shares = confirmed.shares
-    if shares is None or confirmed.verdict not in COMPLETE or (law := own_law(campaign, residual)) is None:
-        return confirmed, []
+    told = confirmed.verdict == "partly_explained" and confirmed.where
+    if shares is None or confirmed.verdict not in ASKED or told:
+        return confirmed
+    if (law := own_law(campaign, residual)) is None:
+        return confirmed
     before, after = (errors_of_tests(campaign, r) for r in (residual, residual - law.predicted))
     gain, certain = fall(before, after)
     best = shares.named * after.total / float(np.mean(before.total))
-    if gain <= 0.0 or float(np.mean(best)) >= shares.best:
-        return confirmed, []
-    shares = replace(
-        shares, best=float(np.mean(best)), certainty=certain, interval=interval_of(best), source="level"
-    )
+    if gain <= 0.0:
+        return confirmed
+    if float(np.mean(best)) < shares.best:
+        shares = replace(
+            shares, best=float(np.mean(best)), certainty=certain, interval=interval_of(best), source="level"
+        )
     verdict = confirmed.verdict
     if verdict == "nothing_missing":
         verdict = "unknown_structure"
     elif verdict == "explained" and shares.left > EXPLAINED:
         verdict = "partly_explained"
-    where = places_of(campaign, law.predicted, [law.column])
-    said = (
-        f"the tests of {law.column} {law.level} change with {law.along} otherwise than all others, beyond what an offset of that level can be: look at "
-        "them by themselves"
-    )
-    return replace(confirmed, verdict=verdict, shares=shares, where=where, beyond=law.predicted), [said]
+    where = confirmed.where or places_of(campaign, law.predicted, [law.column])
+    said = f"the tests of {law.column} {law.level} change with {law.along} otherwise than all others"
+    return replace(confirmed, verdict=verdict, shares=shares, where=where, beyond=law.predicted, own_law=said)

@@ -58,6 +58,7 @@ class Confirmation:
     repeats: Repeats | None = None  #: Scatter of tests at the same settings, where there are some.
     #: Names that cancel slopes of the model, but that unseen tests prefer to all plain bends along their load.
     sharper: frozenset[str] = frozenset()
+    own_law: str = ""  #: Which level of a column follows a law of its own, and along what.
     #: Whether the model alone predicts unseen tests closer than friction is measured.
     within_resolution: bool = False
 

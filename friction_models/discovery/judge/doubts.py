@@ -10,6 +10,7 @@ import numpy as np
 from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.clipping import clipped_share
+from ...estimation.campaign.metadata import is_text, share_filled
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.zero_reading import ZERO, credible
 from .confidence import powers_of_ten
@@ -36,6 +37,9 @@ FAR_ABOVE = 2.0
 #: Nothing is named although the reference predicts better by so many standard errors, too few to be believed: of 67 such answers to
 #: campaigns of four authors 56 were right.
 BEYOND = 2.0
+#: Share of the tests from which on a text that stands for what was not recorded counts: 15 of 30 such tables with a third of the cells
+#: empty hid an offset of one level.
+MOST_FILLED = 0.15
 #: A noise floor above this share of mu hides everything else.
 BLURRED = 0.5
 
@@ -88,11 +92,9 @@ def doubts_of(
         # they draw a law their way, and swell the floor: of five names four were right
         (judged.odd_kept, MOSTLY, "tests lie far off all others"),
         (judged.knows_noise, EVEN, "the model knows the noise of these points"),
+        (bool(judged.confirmed.own_law), LIKELY, judged.confirmed.own_law),
         (not judged.found.floor.known, EVEN, "nothing says how much these tests scatter"),
     )
-    shares = judged.confirmed.shares
-    if shares is not None and shares.source == "level":
-        doubts.append(Doubt("a straight line of the tests of one level is all that shows it", LIKELY))
     if verdict == "nothing_missing":
         return [*doubts, *_of_nothing(campaign, judged, grounds)]
     if verdict == "unknown_structure":
@@ -118,11 +120,18 @@ def _of_nothing(campaign: BinnedTests, judged: Judged, grounds: Mapping[str, flo
         (blurred(campaign, judged), LIKELY, "the noise is more than half of mu"),
         (above, LIKELY, "unseen tests lie off by far more than the others scatter"),
         (clipped, EVEN, "many readings of mu were clipped"),
+        (_hardly_recorded(campaign), LIKELY, "a column of the test table is not recorded for many tests"),
         (better, MOSTLY, "flexible curves predict unseen tests a little better"),
         (judged.odd_kept, LIKELY, "tests that lie far off hide what is missing"),
         (judged.odd_region, LIKELY, "tests that were left out lie together, where a law may begin"),
         (judged.confirmed.lacks_fit, LIKELY, "settings differ by more than their repeats"),
     )
+
+
+def _hardly_recorded(campaign: BinnedTests) -> bool:
+    """Return whether many tests count with the commonest text of a column, which may hide what its levels do."""
+    texts = (name for name in campaign.system if is_text(campaign.loads, name))
+    return any(share_filled(campaign.loads, name) > MOST_FILLED for name in texts)
 
 
 def _of_no_name(confirmed: Confirmation, level_is_off: bool) -> list[Doubt]:

@@ -13,8 +13,8 @@ from ...estimation.campaign.metadata import is_text
 from ...loads import FloatArray
 from ...loads.splits import Mask
 
-#: Fewest tests of a level, and of all others.
-LEAST_TESTS = 5
+#: Fewest tests of a level, and of all others, beyond the numbers of a line.
+LEAST_BEYOND = 2
 #: Chance below which it is told, over all levels and loads that are looked at, also without any one of the tests of the level.
 BY_CHANCE = 0.005
 
@@ -50,6 +50,7 @@ def own_law(campaign: BinnedTests, residual: FloatArray) -> OwnLaw | None:
         if is_text(campaign.loads, name)
         for level, own in _levels(campaign, name)
         for line in lines
+        if min(own.sum(), (~own).sum()) >= line.columns.shape[1] + LEAST_BEYOND
     ]
     chances = [_chance(line, own) for _, _, own, line in sides]
     if not chances or min(chances) >= BY_CHANCE / len(chances):
@@ -61,12 +62,12 @@ def own_law(campaign: BinnedTests, residual: FloatArray) -> OwnLaw | None:
 
 
 def _levels(campaign: BinnedTests, name: str) -> Iterator[tuple[str, Mask]]:
-    """Yield the levels of a column with the tests that have them, where these and the others are enough."""
+    """Yield the levels of a column with the tests that have them."""
     labels = campaign.loads.context_column(name)
     codes = campaign.of_tests(campaign.metadata(name))
     for level in np.unique(codes):
         own = codes == level
-        if labels is not None and LEAST_TESTS <= own.sum() <= len(own) - LEAST_TESTS:
+        if labels is not None:
             yield str(labels[campaign.point_starts[own][0]]), own
 
 

@@ -114,6 +114,14 @@ def recorded(loads: TriboLoads, name: str) -> str:
     return f"{name} is not recorded for {without} of {len(values)} tests: they count with {what}"
 
 
+def share_filled(loads: TriboLoads, name: str) -> float:
+    """Return the share of the tests without a value of a metadata column, which count with the usual one."""
+    values = None if loads.context is None else loads.context.get(name)
+    if values is None or loads.test_id is None:
+        return 0.0
+    return float(values.reindex(np.unique(loads.test_id)).isna().mean())
+
+
 def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:
     """Fill columns of the table of tests that a few tests lack with their usual value, as `diagnose` does."""
     table = loads.context

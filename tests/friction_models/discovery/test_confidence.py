@@ -86,7 +86,9 @@ def test_nothing_is_missing_is_not_sure_where_an_effect_stands_out() -> None:
 def _doubts(verdict: str, tests: int = 30, *, fixed: bool = False, **known: Any) -> list[Doubt]:
     """Return what speaks against an answer to so many tests of mu = 1 with a noise of 0.01."""
     grounds = {name: known.pop(name, 0.0) for name in ("reference", "beyond")} | {"seen": 3.0}
-    campaign: Any = SimpleNamespace(tests=["t"] * tests, mu=np.ones(tests), point_test=np.arange(tests))
+    campaign: Any = SimpleNamespace(
+        tests=["t"] * tests, mu=np.ones(tests), point_test=np.arange(tests), system={}
+    )
     floor = SimpleNamespace(known=True, total=0.01, sensor=0.001)
     found: Any = SimpleNamespace(floor=floor, ranking=[])
     evidence: Any = None
