@@ -247,7 +247,9 @@ def test_a_silent_command_is_interrupted_when_the_pipe_of_its_server_closes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "silent_sleeper.py").write_text(
-        "import time\ndef main():\n    try:\n        print('up', flush=True)\n        time.sleep(600)\n"
+        # many short pauses: an interrupt that comes just before a long one would wait for its end
+        "import time\ndef main():\n    try:\n        print('up', flush=True)\n"
+        "        for _ in range(6000):\n            time.sleep(0.1)\n"
         "    except KeyboardInterrupt:\n        raise SystemExit(130) from None\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
