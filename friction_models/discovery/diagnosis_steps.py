@@ -39,11 +39,11 @@ from ..models.tangent import polynomial_columns
 from .answer.diagnosis import Diagnosis
 from .answer.summaries import base_residual
 from .assembly import assemble
+from .causes.beside_levels import beside_levels
 from .effect_search import EffectSearch
 from .formulas.beside_names import beside_names
 from .formulas.missing import Missing
 from .formulas.search import not_offered, offers
-from .judge.beside_levels import beside_levels
 from .judge.confirmation import NAMED, Confirmation
 from .judge.identifiability import knows_the_noise
 from .judge.judged import Judged

@@ -100,10 +100,9 @@ def _usual(values: pd.Series) -> Any:
 
 def recorded(loads: TriboLoads, name: str) -> str:
     """Return a remark on tests that lack a value of a metadata column; an empty text if all tests have one."""
-    table = loads.context
-    if table is None or loads.test_id is None or name not in table.columns:
+    values = _of_tests(loads, name)
+    if values is None:
         return f"the test table has no {name}"
-    values = table[name].reindex(np.unique(loads.test_id).tolist())
     without = int(values.isna().sum())
     if not without:
         return ""
@@ -116,10 +115,16 @@ def recorded(loads: TriboLoads, name: str) -> str:
 
 def share_filled(loads: TriboLoads, name: str) -> float:
     """Return the share of the tests without a value of a metadata column, which count with the usual one."""
-    values = None if loads.context is None else loads.context.get(name)
-    if values is None or loads.test_id is None:
-        return 0.0
-    return float(values.reindex(np.unique(loads.test_id)).isna().mean())
+    values = _of_tests(loads, name)
+    return 0.0 if values is None else float(values.isna().mean())
+
+
+def _of_tests(loads: TriboLoads, name: str) -> pd.Series | None:
+    """Return a metadata column for the tests of the points, empty cells included; None where the table has none."""
+    table = loads.context
+    if table is None or loads.test_id is None or name not in table.columns:
+        return None
+    return table[name].reindex(np.unique(loads.test_id).tolist())
 
 
 def with_all_metadata(loads: TriboLoads, names: Sequence[str]) -> TriboLoads:

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from friction_models.discovery import diagnose
-from friction_models.discovery.judge.own_laws import own_law
+from friction_models.discovery.causes.own_laws import own_law
 from friction_models.estimation.campaign.binning import prepare
 
 TESTS, POINTS = 40, 20

@@ -12,10 +12,10 @@ import numpy as np
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.search.structure import places_of
 from ...loads import FloatArray
-from .confirmation import EXPLAINED, Confirmation
-from .error_budget import fall, interval_of
+from ..judge.confirmation import EXPLAINED, Confirmation
+from ..judge.error_budget import fall, interval_of
+from ..judge.unseen_tests import errors_of_tests
 from .own_laws import own_law
-from .unseen_tests import errors_of_tests
 
 #: Verdicts that may say that nothing is left, or not where.
 ASKED = ("nothing_missing", "explained", "ambiguous", "partly_explained")
