@@ -160,7 +160,8 @@ class UnseenTestsJudge:
         if len(needed) < len(kept):
             # where no less than all of them explain, their sum is a curve of unknown form
             kept, verdict = needed, verdict if self.names.explain(needed) else "unknown_structure"
-        if verdict in NAMED and (parted := self.two_loads.parted(kept)) is not kept:
+        parted = self.two_loads.parted(kept) if verdict in NAMED else kept
+        if parted is not kept and not self.other_laws.cancelling(parted, sure=False):
             kept, verdict = parted, "explained"
         if (
             verdict in NAMED

@@ -18,6 +18,7 @@ from ....estimation.search.significance import TWINS
 from ....estimation.search.significance import alike as contribute_alike
 from ....estimation.search.unseen_loads import AS_GOOD, constant
 from ....estimation.search.zero_reading import credible
+from ..beside_reference import effects_of
 from ..error_budget import fall
 from ..identifiability import one_cause
 from .straight_fits import StraightFits
@@ -33,8 +34,13 @@ AS_LIKELY, AGREED = 0.5, 1.0
 BEHIND = 3.0
 #: By so many they do where the leads of single tests agree by as many: two views of the same data that can be wrong in other ways.
 BEHIND_IN_BOTH = 2.0
+#: From so many standard errors of agreement on, averages of unseen tests need prefer it by `AGREED` only.
+IN_ALL_TESTS = 5.0
 #: P-value of a name from which on the noise of the search holds it: gains tell no effect from another then, unseen tests alone do.
 DROWNED = 0.2
+#: Correlation of what two effects contribute, and share by which the squared error on unseen tests may rise, where one of fewer loads
+#: stands for one of more.
+NEARLY_ALIKE, NO_WORSE = 0.9, 0.1
 #: A memory of loads that no test changes takes more than this share of the squared error on unseen tests, or is not named.
 UNSEEN_MEMORY = 0.05
 
@@ -134,10 +140,12 @@ class Rivals:
     def _led(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> bool:
         """Return whether the tests prefer some effects to others that differ in the first.
 
-        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well.
+        With one mean a test, unseen tests are judged by all that the data hold, and have to prefer them as well; less surely where
+        the leads of single tests agree by many standard errors.
         """
         if self.campaign.averaged and not self._apart(kept, instead, [], *_only_forms(kept, instead)):
-            return False
+            preferred = fall(self.straight.errors(instead), self.straight.errors(kept))[1] >= AGREED
+            return preferred and self._agreed(kept, instead) >= IN_ALL_TESTS
         return self._agreed(kept, instead) >= AGREED or self._behind(kept, instead)
 
     def _apart(self, kept: Sequence[Fit], instead: Sequence[Fit], beside: Sequence[Fit], *forms: Fit) -> bool:
@@ -156,7 +164,8 @@ class Rivals:
         """Return the effects led by the plainest of those that contribute the same as the first, and predict unseen tests as well.
 
         As in the ranking: which of them is better by a hair changes with every test that is left out. A memory of loads that no test
-        changes is hardly seen: a law of these loads alone, which contributes nearly the same, is plainer.
+        changes is hardly seen: a law of these loads alone, which contributes nearly the same, is plainer. So is a law of fewer of the
+        loads of the first, which unseen tests cannot tell from it.
         """
         if not kept:
             return kept
@@ -167,12 +176,26 @@ class Rivals:
         def as_good(fit: Fit) -> bool:
             without = not fit.effect.needs_state and {*fit.effect.driver} <= flat
             alike, worse = (TWINS, UNSEEN_MEMORY) if without else (EQUAL, LEAST_SHARE)
-            same = contribute_alike(first, fit) > alike
-            return same and self.straight.errors([fit, *others]).rms ** 2 <= (1.0 + worse) * own
+            correlation = contribute_alike(first, fit)
+            if correlation > alike and self.straight.errors([fit, *others]).rms ** 2 <= (1.0 + worse) * own:
+                return True
+            fewer = self._of_fewer_loads(fit, first) and correlation > NEARLY_ALIKE
+            return fewer and self._no_worse([fit, *others], kept)
 
         others_as_good = [f for f in self.found.ranking if f.name not in names and as_good(f)]
         lead = min([first, *others_as_good], key=self.found.plainness)
         return kept if lead is first else [lead, *others]
+
+    def _no_worse(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
+        """Return whether unseen tests are predicted about as well by some effects as by others, all refitted."""
+        after, before = (self.straight.unseen.errors(effects_of(fits)) for fits in (some, others))
+        return after.rms**2 <= (1.0 + NO_WORSE) * before.rms**2 and fall(after, before)[1] < AGREED
+
+    def _of_fewer_loads(self, fit: Fit, other: Fit) -> bool:
+        """Return whether an effect is physics of some, not all, of the loads that vary here and drive another one, without memory."""
+        varied = self.campaign.varied
+        own, loads = ({d for d in f.effect.driver if d in varied} for f in (fit, other))
+        return fit.effect.kind == "physics" and not fit.effect.needs_state and own < loads
 
     def credible_first(
         self, kept: list[Fit], beside: Mapping[str, Sequence[str]], alike: Sequence[str]
