@@ -23,10 +23,10 @@ from ..noise.noise_floor import NoiseFloor, Whitener, estimate
 from ..search.base_law import BaseLaw
 from ..search.candidates import bin_means, contribution, evaluate, spans_of
 from ..search.law_signs import largest_amplitudes
-from ..search.scan import Projector, best_fit, prepare_candidate
 from ..search.search_round import flexible_mean
 from .beside_base import BesideBase, Columns
 from .pooling import by_test, shrinkage
+from .scanned_shapes import scanned_shapes
 from .shape_fit import fitted_shapes
 
 LEAST_TESTS = 6
@@ -244,17 +244,11 @@ class JointProblem:
         return self.effects[k].limits(shape, self.grids[k][shape.name])
 
     def scan(self) -> None:
-        """Take the best set of scan values of every effect beside the others, one effect at a time."""
+        """Take the best set of scan values of every effect beside the others."""
         candidates = [
             evaluate(e, self.campaign, self.mu, g) for e, g in zip(self.effects, self.grids, strict=True)
         ]
-        blocks = [c.columns[:, 0] for c in candidates]
-        target = self.whiten(self.y)
-        for _ in range(2 if len(candidates) > 1 else 1):
-            for k, candidate in enumerate(candidates):
-                project = Projector(self.whiten(np.column_stack([self.base, *blocks[:k], *blocks[k + 1 :]])))
-                best = best_fit(prepare_candidate(candidate, self.whiten, project), project(target)).index
-                blocks[k], self.shapes[k] = candidate.columns[:, best], candidate.shape_at(best)
+        self.shapes = scanned_shapes(candidates, self.base, self.y, self.whiten)
 
     def contribution(self, amplitudes: Sequence[FloatArray]) -> FloatArray:
         """Return the sum of all effects on the points, shape (n,)."""
