@@ -11,6 +11,7 @@ from ..common import InputError
 from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.metadata import NOT_METADATA
 from ..estimation.campaign.own_heat import without_own_heat
+from ..estimation.noise.beyond_level import beyond_level_text
 from ..estimation.noise.noise_floor import NoiseFloor, independent_columns
 from ..estimation.noise.odd_tests import left_out_text, odd_tests, too_many_text, without_tests
 from ..estimation.search.base_law import BaseLaw, base_law
@@ -65,7 +66,8 @@ def without_odd(found: JudgedTests, model: Any, seed: int) -> JudgedTests:
     odd = odd_tests(found.campaign, found.campaign.average(found.base.columns), found.floor)
     judged = found
     if odd.few:
-        left = without_tests(found.measured, odd.few, left_out_text(odd.few, odd.region))
+        why = left_out_text(odd.few, odd.region) + beyond_level_text(found.measured, odd.few)
+        left = without_tests(found.measured, odd.few, why)
         judged = replace(
             tests_beside(left, model, seed), odd=(*found.odd, *odd.few), odd_region=bool(odd.region)
         )

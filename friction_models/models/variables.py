@@ -15,6 +15,8 @@ from ..common.ranges import is_number
 
 #: Number of a label that was not there in training: it is none of those that were.
 UNKNOWN_LABEL = -1.0
+#: Label of the tests for which nothing is recorded, where these are many.
+NOT_RECORDED = "not recorded"
 
 
 @dataclass(frozen=True)
@@ -74,8 +76,8 @@ def as_numbers(
     """Return metadata, one entry a point as the table of tests has it, as the numbers that a model takes, shape (n,).
 
     `labels` are those of the numbers 0, 1, 2 ..., empty where the metadata is a number. A label that is not among
-    them becomes `UNKNOWN_LABEL`; `start` is taken where a number is missing. A table in which all labels look like numbers has
-    lost how they were written: there a number is the one label of its value.
+    them becomes `UNKNOWN_LABEL`, an empty cell `NOT_RECORDED` if that is one of them; `start` is taken where a number is missing. A
+    table in which all labels look like numbers has lost how they were written: there a number is the one label of its value.
 
     Examples
     --------
@@ -83,20 +85,23 @@ def as_numbers(
     [1.0, 0.0, -1.0]
     >>> as_numbers([1, 2.0], labels=["01", "2", "X"], start=0.0).tolist()
     [0.0, 1.0]
+    >>> as_numbers(["A", None], labels=["A", "not recorded"], start=0.0).tolist()
+    [0.0, 1.0]
     >>> as_numbers([0.02, None], labels=[], start=0.01).tolist()
     [0.02, 0.01]
     """
-    if len(labels):
-        codes = {str(label): float(k) for k, label in enumerate(labels)}
-        by_value = _by_value(codes)
-
-        def code(value: object) -> float:
-            other = by_value.get(float(value), UNKNOWN_LABEL) if is_number(value) else UNKNOWN_LABEL
-            return codes.get(str(value), other)
-
-        return np.array([code(v) for v in values], dtype=np.float64)
     import pandas as pd
 
+    if len(labels):
+        codes = {str(label): float(k) for k, label in enumerate(labels)}
+        empty = codes.get(NOT_RECORDED, UNKNOWN_LABEL)
+        by_value = _by_value(codes)
+
+        def code(value: Any) -> float:
+            other = by_value.get(float(value), UNKNOWN_LABEL) if is_number(value) else UNKNOWN_LABEL
+            return empty if pd.isna(value) else codes.get(str(value), other)
+
+        return np.array([code(v) for v in values], dtype=np.float64)
     numbers = pd.to_numeric(pd.Series(values), errors="coerce").to_numpy(dtype=np.float64)
     return np.where(np.isfinite(numbers), numbers, start)
 

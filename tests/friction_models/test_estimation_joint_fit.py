@@ -12,6 +12,7 @@ from friction_models.estimation.campaign.binning import prepare
 from friction_models.estimation.fit.beside_base import BesideBase
 from friction_models.estimation.fit.joint_problem import JointProblem, solve_jointly
 from friction_models.estimation.search.base_law import base_law
+from friction_models.estimation.search.candidates import evaluate
 
 from .estimation_cases import measured
 
@@ -93,3 +94,37 @@ def test_a_column_that_the_base_describes_gets_no_amplitude() -> None:
     first, second = columns.amplitudes() / columns.scale
     assert first == pytest.approx(1.0, abs=0.1)
     assert second == 0.0
+
+
+def test_two_effects_start_from_the_best_pair_of_scan_values() -> None:
+    """One after the other they may end where each mends the other; all pairs are compared here by another solver."""
+    rng = np.random.default_rng(8)
+    data = measured(rng, tests=12, points=20)
+    data["mu"] += (
+        0.03 / (1.0 + data["sd"] / data["sd"].max()) ** 6 + 0.02 * (data["sd"] / data["sd"].max()) ** 5
+    )
+    campaign = prepare(data)
+    effects = [make_effect("running_in"), make_effect("wear_out")]
+    problem = JointProblem(campaign, base_law(LinearFriction(), campaign), effects)
+    problem.weigh()
+    base, target = problem.whiten(problem.base), problem.whiten(problem.y)
+    blocks = [
+        (problem.whiten(c.columns[:, :, 0]), c)
+        for c in (evaluate(e, campaign, problem.mu, g) for e, g in zip(effects, problem.grids, strict=True))
+    ]
+    (first, one), (second, other) = blocks
+    free = np.full(base.shape[1], np.inf)
+    squares = np.full((first.shape[1], second.shape[1]), np.inf)
+    for i in range(first.shape[1]):
+        for j in range(second.shape[1]):
+            matrix = np.column_stack([base, first[:, i], second[:, j]])
+            fit = lsq_linear(
+                matrix / np.linalg.norm(matrix, axis=0), target, bounds=(np.r_[-free, 0.0, 0.0], np.inf)
+            )
+            squares[i, j] = fit.cost
+    problem.scan()
+    chosen = [
+        int(np.argmax([c.shape_at(k) == s for k in range(c.columns.shape[1])]))
+        for c, s in zip((one, other), problem.shapes, strict=True)
+    ]
+    assert squares[chosen[0], chosen[1]] <= squares.min() * (1.0 + 1e-6)

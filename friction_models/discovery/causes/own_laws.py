@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import stdtr
 
 from ...estimation.campaign.binned_tests import BinnedTests
+from ...estimation.campaign.factors import texts_of
 from ...estimation.campaign.metadata import is_text
 from ...loads import FloatArray
 from ...loads.splits import Mask
@@ -63,12 +64,11 @@ def own_law(campaign: BinnedTests, residual: FloatArray) -> OwnLaw | None:
 
 def _levels(campaign: BinnedTests, name: str) -> Iterator[tuple[str, Mask]]:
     """Yield the levels of a column with the tests that have them."""
-    labels = campaign.loads.context_column(name)
+    labels = texts_of(campaign, name)
     codes = campaign.of_tests(campaign.metadata(name))
     for level in np.unique(codes):
         own = codes == level
-        if labels is not None:
-            yield str(labels[campaign.point_starts[own][0]]), own
+        yield str(labels[int(np.argmax(own))]), own
 
 
 def _between_tests(campaign: BinnedTests, residual: FloatArray) -> Iterator[_Line]:

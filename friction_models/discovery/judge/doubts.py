@@ -10,7 +10,7 @@ import numpy as np
 from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.clipping import clipped_share
-from ...estimation.campaign.metadata import is_text, share_filled
+from ...estimation.campaign.metadata import MANY_EMPTY, is_text, share_filled
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.zero_reading import ZERO, credible
 from .confidence import powers_of_ten
@@ -37,9 +37,6 @@ FAR_ABOVE = 2.0
 #: Nothing is named although the reference predicts better by so many standard errors, too few to be believed: of 67 such answers to
 #: campaigns of four authors 56 were right.
 BEYOND = 2.0
-#: Share of the tests from which on a text that stands for what was not recorded counts: 15 of 30 such tables with a third of the cells
-#: empty hid an offset of one level.
-MOST_FILLED = 0.15
 #: A noise floor above this share of mu hides everything else.
 BLURRED = 0.5
 
@@ -129,9 +126,9 @@ def _of_nothing(campaign: BinnedTests, judged: Judged, grounds: Mapping[str, flo
 
 
 def _hardly_recorded(campaign: BinnedTests) -> bool:
-    """Return whether many tests count with the commonest text of a column, which may hide what its levels do."""
+    """Return whether a text is not recorded for many tests, which hides what its levels do."""
     texts = (name for name in campaign.system if is_text(campaign.loads, name))
-    return any(share_filled(campaign.loads, name) > MOST_FILLED for name in texts)
+    return any(share_filled(campaign.loads, name) > MANY_EMPTY for name in texts)
 
 
 def _of_no_name(confirmed: Confirmation, level_is_off: bool) -> list[Doubt]:

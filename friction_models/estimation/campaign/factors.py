@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ from ...effects.metadata.factor import PREFIX, scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import ORDER, POINT_COLUMNS, SETTING_UNITS
 from .binned_tests import BinnedTests
-from .metadata import MOST_LEVELS, NOT_METADATA, is_text
+from .metadata import MOST_LEVELS, NOT_METADATA, is_text, with_all_metadata
 
 #: Most columns that are tried.
 MOST_COLUMNS = 12
@@ -122,8 +123,15 @@ def _has_few_levels(values: FloatArray) -> bool:
 
 def labels_of(campaign: BinnedTests, name: str) -> list[str]:
     """Return the texts of a column of the test table in the order of their numbers; none where it holds numbers."""
-    values = campaign.loads.context_column(name) if is_text(campaign.loads, name) else None
-    return [] if values is None else sorted({str(v) for v in values[campaign.point_starts] if not pd.isna(v)})
+    values = texts_of(campaign, name) if is_text(campaign.loads, name) else ()
+    return sorted({str(v) for v in values if not pd.isna(v)})
+
+
+def texts_of(campaign: BinnedTests, name: str) -> Sequence[Any]:
+    """Return a column of the test table as the tests count with it, one entry a test."""
+    loads = with_all_metadata(campaign.loads.take(campaign.point_starts), [name])
+    values = loads.context_column(name)
+    return () if values is None else list(values)
 
 
 def as_fitted(campaign: BinnedTests, effects: Iterable[Effect]) -> list[Effect]:

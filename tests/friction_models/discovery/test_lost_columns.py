@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 
-from friction_models.discovery import diagnose
+from friction_models.discovery import diagnose, refine
 from friction_models.discovery.judge.doubts import LIKELY, MOSTLY
 
 
@@ -45,9 +46,53 @@ def test_coatings_that_are_numbers_are_told_wherever_most_is_left() -> None:
     assert not any("is taken as a quantity" in w for w in diagnose(points, table).warnings)
 
 
-def test_cells_that_nobody_filled_hold_nothing_is_missing() -> None:
-    points, table = averages(3)
-    batch = pd.Series(["A", "B", "C"] * 12).mask(np.random.default_rng(4).random(36) < 0.33)
-    found = diagnose(points, table.assign(lubricant=batch))
-    assert found.verdict == "nothing_missing" and found.confidence <= LIKELY, found.sentence
-    assert any("is not recorded for many tests" in w for w in found.warnings)
+def half_filled(seed: int, offset: float) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return averages whose lubricant is empty for a third of the tests; friction with A is off by `offset`."""
+    points, table = averages(seed)
+    lubricant = pd.Series(["A", "B", "C"] * 12)
+    points["mu"] += offset * (lubricant == "A")
+    return points, table.assign(lubricant=lubricant.mask(np.random.default_rng(seed + 1).random(36) < 0.33))
+
+
+@pytest.mark.parametrize("seed", [3, 5, *(pytest.param(k, marks=pytest.mark.nightly) for k in (6, 7, 8, 9))])
+def test_what_a_column_does_is_seen_though_many_cells_are_empty(seed: int) -> None:
+    """Empty cells counted with the commonest text, which hid it: nothing was missing, or was 0.7 sure to be."""
+    found = diagnose(*half_filled(seed, 0.015))
+    assert found.effects == ["factor:lubricant"], found.sentence
+    assert any("tests: they count as a level of their own" in w for w in found.warnings)
+
+
+def test_empty_cells_make_no_effect() -> None:
+    found = [diagnose(*half_filled(seed, 0.0)) for seed in (3, 5, 6)]
+    assert all(f.verdict == "nothing_missing" and f.confidence <= LIKELY for f in found)
+    assert any("is not recorded for many tests" in w for w in found[0].warnings)
+
+
+def test_a_model_knows_tests_for_which_nothing_is_recorded() -> None:
+    points, table = half_filled(5, 0.015)
+    model = refine(points, table, add=["factor:lubricant"])
+    assert model.system_variables[0].labels == ("A", "B", "C", "not recorded")
+    one = points.head(1)
+    by_label = {
+        label: float(model.predict_frame(one, tests=pd.DataFrame({"test_id": one["test_id"], "lubricant": [label]}))[0])
+        for label in ("A", "not recorded", None, "Z")
+    }  # fmt: skip
+    assert by_label[None] == by_label["not recorded"] != by_label["A"]
+    assert by_label["Z"] != by_label["not recorded"]
+
+
+def test_an_odd_test_that_no_other_of_its_coating_reaches_is_told() -> None:
+    """It may show what the coating does there; "look at its record" was all that was said."""
+    points, table = averages(7)
+    hottest = points["T"] == points["T"].max()
+    coating = np.where(np.arange(36) % 3 == 0, "polymer", "soap")
+    coating = np.where(hottest & (coating == "polymer"), "soap", coating)
+    lone = int(np.flatnonzero(hottest)[0])
+    coating[lone] = "polymer"
+    points.loc[lone, "mu"] += 0.06
+    found = diagnose(points, table.assign(coating=coating))
+    (said,) = (w for w in found.warnings if "was left out" in w)
+    name = points["test_id"][lone]
+    assert f"{name} is the only test of coating polymer at T above 80 degC" in said
+    usual = diagnose(points, table.assign(coating=np.where(np.arange(36) % 2, "polymer", "soap")))
+    assert not any("is the only test of" in w for w in usual.warnings)
