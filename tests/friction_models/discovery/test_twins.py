@@ -65,7 +65,7 @@ def test_what_unseen_tests_prefer_by_a_hair_does_not_lead_a_plainer_one(power: f
     left = dict.fromkeys(SIGNALS, 0.003) | {"pressure_power": power}
     found = SimpleNamespace(ranking=fits, plainness=lambda fit: plainness(fit, list(CATALOGUE)))
     straight = SimpleNamespace(errors=lambda kept: SimpleNamespace(rms=left[kept[0].name]))
-    rivals = Rivals(*(cast(Any, part) for part in (None, found, straight, None)))
+    rivals = Rivals(prepare(under_pressure(0)), *(cast(Any, part) for part in (found, straight, None)))
     assert [f.name for f in rivals.plainest_first(fits[:1])] == [named]
     assert rivals.plainest_first([]) == []
 

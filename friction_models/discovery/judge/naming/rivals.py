@@ -192,10 +192,12 @@ class Rivals:
         return after.rms**2 <= (1.0 + NO_WORSE) * before.rms**2 and fall(after, before)[1] < AGREED
 
     def _of_fewer_loads(self, fit: Fit, other: Fit) -> bool:
-        """Return whether an effect is physics of some, not all, of the loads that vary here and drive another one, without memory."""
+        """Return whether an effect is physics of some, not all, of the loads that vary here and drive another one; memory apart."""
+        if fit.effect.kind != "physics" or fit.effect.needs_state or other.effect.needs_state:
+            return False
         varied = self.campaign.varied
         own, loads = ({d for d in f.effect.driver if d in varied} for f in (fit, other))
-        return fit.effect.kind == "physics" and not fit.effect.needs_state and own < loads
+        return own < loads
 
     def credible_first(
         self, kept: list[Fit], beside: Mapping[str, Sequence[str]], alike: Sequence[str]

@@ -30,19 +30,24 @@ class TwoLoads:
         One of one load, beside a name for the others, needs less: it is no longer an answer than the law of several.
         """
         for fit in kept:
-            instead = self._pair(kept, fit)
-            needed = CERTAIN if len(instead) > len(kept) else BETTER
-            if instead and self._certainty(kept, instead) > needed:
-                return self.names.needed(instead)
+            for instead in self._instead(kept, fit):
+                needed = CERTAIN if len(instead) > len(kept) else BETTER
+                if self._certainty(kept, instead) > needed:
+                    return self.names.needed(instead)
         return kept
 
     def as_good(self, kept: Sequence[Fit]) -> dict[str, tuple[str, ...]]:
         """Return the names in whose place two laws of one load each predict unseen tests no worse, and these two."""
         known = {f.name for f in kept}
-        pairs = {fit.name: self._pair(kept, fit) for fit in kept}
+        best = {
+            fit.name: min(
+                self._instead(kept, fit), key=lambda fits: self.names.straight.errors(fits).rms, default=[]
+            )
+            for fit in kept
+        }
         return {
             name: tuple(f.name for f in instead if f.name not in known)
-            for name, instead in pairs.items()
+            for name, instead in best.items()
             if instead and self._certainty(kept, instead) > 0.0
         }
 
@@ -72,8 +77,8 @@ class TwoLoads:
         needs = fit.effect.needs or ()
         return [d for d in self._loads(fit) if d in needs] if len(needs) > 1 else []
 
-    def _pair(self, kept: Sequence[Fit], fit: Fit) -> list[Fit]:
-        """Return the names with the best laws of one load in place of one of several; nothing where it is none."""
+    def _instead(self, kept: Sequence[Fit], fit: Fit) -> list[list[Fit]]:
+        """Return the names with the best laws of one load in place of one of several: one, if another name is of such a load, and two."""
         loads = self._loads(fit)
         if len(loads) < 2 or fit.effect.needs_state:
             return []
@@ -83,18 +88,20 @@ class TwoLoads:
             [f for f in self.names.found.ranking if f.name not in known and self._is_simple(f, load)]
             for load in loads
         ]
+        half_stands = any(self._is_simple(f, load) for f in others for load in loads)
+        one = [[f, *others] for fits in of_load for f in fits] if half_stands else []
         # the larger one first: both take the place of one name
-        sums: list[tuple[Fit, ...]] = [
-            tuple(sorted(pair, key=lambda f: -f.gain))
+        two = [
+            [*sorted(pair, key=lambda f: -f.gain), *others]
             for some, more in combinations(of_load, 2)
             for pair in product(some, more)
         ]
-        if any(self._is_simple(f, load) for f in others for load in loads):
-            # the other half stands there already
-            sums += [(f,) for fits in of_load for f in fits]
         # with the shapes of the search, which are quick to try; the best ones are then refitted
-        tried = ([*fits, *others] for fits in sums)
-        return min(tried, key=lambda fits: self.names.straight.errors(fits).rms, default=[])
+        best = (
+            min(sets, key=lambda fits: self.names.straight.errors(fits).rms, default=[])
+            for sets in (one, two)
+        )
+        return [fits for fits in best if fits]
 
     def _certainty(self, kept: Sequence[Fit], instead: Sequence[Fit]) -> float:
         """Return the standard errors by which unseen tests prefer other names; 0 where they do not, or by too little to matter."""
