@@ -8,6 +8,7 @@ import numpy as np
 
 from ..estimation.campaign.binned_tests import BinnedTests
 from ..estimation.campaign.curves import spline_columns
+from ..estimation.campaign.factors import level_columns
 from ..estimation.noise.noise_floor import NoiseFloor
 from ..estimation.search.base_law import BaseLaw
 from ..estimation.search.between_tests import metadata_that_sets_tests_apart
@@ -115,7 +116,7 @@ class EffectSearch:
         return search(self.campaign, self.base, columns, others, self.seed, self.found.floor)
 
     def _further(self, known: Sequence[Fit]) -> list[tuple[float, float, Fit]]:
-        """Return effects of other loads, judged with the own loads of the known ones freed as curves, the best first.
+        """Return effects of other loads, judged with the own loads of the known ones freed as curves, their texts as levels, the best first.
 
         Before each stand its p-value and its share of the squared contribution of all. No offset of the force that is too large for
         one stands beside another name.
@@ -131,8 +132,10 @@ class EffectSearch:
         ]
         if not others:
             return []
-        freed = np.column_stack([*(f.columns for f in known), spline_columns(campaign, own, FREED)])
-        apart = metadata_that_sets_tests_apart(campaign, base, others)
+        freed = np.column_stack(
+            [*(f.columns for f in known), spline_columns(campaign, own, FREED), level_columns(campaign, own)]
+        )
+        apart = metadata_that_sets_tests_apart(campaign, base, others, freed)
         again = search(campaign, base, freed, others, self.seed, found.floor, also_in_mean=apart)
         # the gain counts what varies within tests many times over: the sizes are compared in mu
         size = sum(weighted_rms(found.change(f), campaign.count) ** 2 for f in known)

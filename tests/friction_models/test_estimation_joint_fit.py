@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.optimize import lsq_linear
 
 from friction_models import LinearFriction
 from friction_models.effects import make_effect
 from friction_models.estimation.campaign.binning import prepare
+from friction_models.estimation.campaign.factors import as_fitted
 from friction_models.estimation.fit.beside_base import BesideBase
 from friction_models.estimation.fit.joint_problem import JointProblem, solve_jointly
 from friction_models.estimation.search.base_law import base_law
@@ -44,6 +46,42 @@ def test_the_error_of_tests_left_out_does_not_hang_on_their_names() -> None:
     names = [f"t{k:03d}" for k in range(30)]
     other = dict(zip(names, np.random.default_rng(0).permutation(names), strict=True))
     assert problem_of(other)._left_out() == pytest.approx(problem_of()._left_out(), rel=1e-4)
+
+
+def levels_problem(names: dict[str, str] | None = None) -> JointProblem:
+    """Return the fit of offsets of four coatings, drawn towards zero; `names` are other names of the tests."""
+    data = measured(np.random.default_rng(4), tests=24, points=8)
+    table = pd.DataFrame({"test_id": sorted(data["test_id"].unique())})
+    table["coating"] = [("none", "soap", "oxalate", "polymer")[k % 4] for k in range(len(table))]
+    data["mu"] += (
+        data["test_id"].map(dict(zip(table["test_id"], table["coating"] == "soap", strict=True))) * 0.01
+    )
+    if names:
+        data["test_id"], table["test_id"] = data["test_id"].map(names), table["test_id"].map(names)
+    campaign = prepare(data, table)
+    effects = as_fitted(campaign, [make_effect("factor:coating")])
+    return solve_jointly(campaign, base_law(LinearFriction(), campaign), effects)
+
+
+def test_the_error_of_tests_left_out_is_known_beside_offsets_of_levels() -> None:
+    """Offsets and the level of the base are any together: the error was 0.002 or 300, as rounding had it, and so were the weights."""
+    problem = levels_problem()
+    blocks = problem.columns(problem.shapes)
+    matrix = np.column_stack([problem.base, *blocks])
+    white, target = problem.whiten(matrix), problem.whiten(problem.y)
+    columns = problem._solved(problem.shapes, blocks)[0]
+    drawn = np.column_stack([np.zeros((4, problem.base.shape[1])), np.diag(columns.pull * columns.scale)])
+    assert columns.pull.min() > 0.0
+    error = np.empty(len(problem.y))
+    for k in range(24):
+        held = problem.campaign.test == k
+        rows, values = np.vstack([white[~held], drawn]), np.r_[target[~held], np.zeros(4)]
+        error[held] = problem.y[held] - matrix[held] @ np.linalg.lstsq(rows, values, rcond=1e-12)[0]
+    expected = np.average(error**2, weights=problem.campaign.count)
+    assert problem._left_out() == pytest.approx(expected, rel=1e-4)
+    names = [f"t{k:03d}" for k in range(24)]
+    other = dict(zip(names, np.random.default_rng(0).permutation(names), strict=True))
+    assert levels_problem(other)._left_out() == pytest.approx(problem._left_out(), rel=1e-4)
 
 
 def test_no_effect_changes_mu_by_more_than_was_measured() -> None:

@@ -134,6 +134,13 @@ def texts_of(campaign: BinnedTests, name: str) -> Sequence[Any]:
     return () if values is None else list(values)
 
 
+def level_columns(campaign: BinnedTests, names: Iterable[str]) -> FloatArray:
+    """Return which bins are at each level of some columns of texts, shape (m, k): of each column all levels but the first."""
+    texts = [n for n in names if n in campaign.system and is_text(campaign.loads, n)]
+    blocks = [c[:, None] == np.unique(c)[None, 1:] for c in map(campaign.metadata, texts)]
+    return np.column_stack([np.empty((len(campaign.starts), 0)), *blocks])
+
+
 def as_fitted(campaign: BinnedTests, effects: Iterable[Effect]) -> list[Effect]:
     """Return effects as a fit has them: with an offset for each label of a column of texts."""
     effects = list(effects)

@@ -52,19 +52,25 @@ class Columns:
         self._base, self._whole, self._beside = base, whole / self.scale, beside / self.scale
         self._triangle = np.linalg.qr(np.column_stack([self._beside, base.left])).R
         self._restraint = np.zeros(len(size))
+        #: By how much each amplitude is drawn towards zero, shape (k,), without what restrains it.
+        self.pull = np.zeros(len(size))
 
     def restrain(self, sizes: FloatArray) -> None:
         """Draw each amplitude of the columns as given towards zero: times its size, shape (k,), it is a residual in units of the usual one."""
         rest = self._triangle[len(sizes) :, -1]
         self._restraint = float(np.linalg.norm(rest)) / np.sqrt(len(self._base.left)) * sizes / self.scale
-        self.draw(self._restraint)
+        self._add_rows(self._restraint)
 
     def drawn(self, amplitudes: FloatArray) -> FloatArray:
         """Return the residuals by which amplitudes are restrained, shape (k,)."""
         return np.asarray(self._restraint * amplitudes)
 
     def draw(self, pull: FloatArray) -> None:
-        """Draw each amplitude towards zero, by so much as a row of the problem."""
+        """Draw each amplitude towards zero, by so much as a row of the problem, shape (k,)."""
+        self.pull = pull
+        self._add_rows(pull)
+
+    def _add_rows(self, pull: FloatArray) -> None:
         self._triangle = np.vstack([self._triangle, np.column_stack([np.diag(pull), np.zeros(len(pull))])])
 
     def amplitudes(self, low: FloatArray | None = None, high: FloatArray | None = None) -> FloatArray:

@@ -124,12 +124,17 @@ class JointProblem:
             self.whiten, self.shapes = weighted, shapes
 
     def _left_out(self) -> float:
-        """Return the mean squared error in mu of tests that are left out one by one, at the shapes found."""
-        matrix = np.column_stack([self.base, *self.columns(self.shapes)])
+        """Return the mean squared error in mu of tests that are left out one by one, at the shapes found.
+
+        Offsets of levels are drawn towards zero as they are by all tests: without that, they and the level of the base are any.
+        """
+        blocks = self.columns(self.shapes)
+        matrix = np.column_stack([self.base, *blocks])
+        pull = np.r_[np.zeros(self.base.shape[1]), self._solved(self.shapes, blocks)[0].pull]
         white, target = self.whiten(matrix), self.whiten(self.y)
         scale = np.maximum(np.linalg.norm(white, axis=0), 1e-300)
         rows = white / scale
-        inverse = np.linalg.inv(rows.T @ rows + RIDGE * np.eye(rows.shape[1]))
+        inverse = np.linalg.inv(rows.T @ rows + np.diag(RIDGE + pull**2))
         x = inverse @ (rows.T @ target)
         error = self.y - (matrix / scale) @ x
         for start, end in pairwise([*self.campaign.first_bins, len(target)]):

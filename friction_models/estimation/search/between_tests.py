@@ -26,9 +26,11 @@ FLEXIBLE = 10
 
 
 def metadata_that_sets_tests_apart(
-    campaign: BinnedTests, base: BaseLaw, candidates: Sequence[Candidate]
+    campaign: BinnedTests, base: BaseLaw, candidates: Sequence[Candidate], known: FloatArray | None = None
 ) -> FloatArray:
     """Return columns in the bins of effects of metadata that explain levels of tests beside a flexible mean, shape (m, k).
+
+    So do columns that are `known` by now, shape (m, j).
 
     F tests of mean friction of whole tests, stepwise, at a Bonferroni level (Draper, Smith: Applied Regression Analysis
     (1998), chapter 6). Each level of a column, or shape of an effect, counts as a test, and so do all levels together. Where a
@@ -37,13 +39,14 @@ def metadata_that_sets_tests_apart(
     effects = [c for c in candidates if not driven_by_load(c.effect)]
     system = [c.columns[:, k] for c in effects for k in range(c.columns.shape[1])]
     system += [c.columns[:, :, 0] for c in effects if c.columns.shape[1] > 1]
-    known = np.empty((len(campaign.starts), 0))
+    apart = np.empty((len(campaign.starts), 0))
     if not system:
-        return known
+        return apart
+    named = apart if known is None else known
     y = campaign.of_tests(campaign.average(campaign.mu - base.offset))
-    mean = independent_columns(_of_tests(campaign, flexible_mean(campaign, base.columns)))
+    mean = _levels_of(campaign, flexible_mean(campaign, base.columns), named)
     if len(y) - mean.shape[1] < FLEXIBLE:
-        mean = independent_columns(_of_tests(campaign, campaign.average(base.columns)))
+        mean = _levels_of(campaign, campaign.average(base.columns), named)
     for _ in range(MOST):
         best: tuple[float, FloatArray] | None = None
         for columns in system:
@@ -52,9 +55,14 @@ def metadata_that_sets_tests_apart(
                 best = p, columns
         if best is None:
             break
-        known = np.column_stack([known, best[1]])
+        apart = np.column_stack([apart, best[1]])
         mean = independent_columns(np.column_stack([mean, _of_tests(campaign, best[1])]))
-    return known
+    return apart
+
+
+def _levels_of(campaign: BinnedTests, *columns: FloatArray) -> FloatArray:
+    """Return what columns in the bins say of the level of each test, without what they say twice."""
+    return independent_columns(_of_tests(campaign, np.column_stack(columns)))
 
 
 def _of_tests(campaign: BinnedTests, columns: FloatArray) -> FloatArray:

@@ -38,9 +38,8 @@ BEHIND_IN_BOTH = 2.0
 IN_ALL_TESTS = 5.0
 #: P-value of a name from which on the noise of the search holds it: gains tell no effect from another then, unseen tests alone do.
 DROWNED = 0.2
-#: Correlation of what two effects contribute, and share by which the squared error on unseen tests may rise, where one of fewer loads
-#: stands for one of more.
-NEARLY_ALIKE, NO_WORSE = 0.9, 0.1
+#: Correlation of what two effects contribute, where one of fewer loads may stand for one of more.
+NEARLY_ALIKE = 0.9
 #: A memory of loads that no test changes takes more than this share of the squared error on unseen tests, or is not named.
 UNSEEN_MEMORY = 0.05
 
@@ -165,7 +164,7 @@ class Rivals:
 
         As in the ranking: which of them is better by a hair changes with every test that is left out. A memory of loads that no test
         changes is hardly seen: a law of these loads alone, which contributes nearly the same, is plainer. So is a law of fewer of the
-        loads of the first, which unseen tests cannot tell from it.
+        loads of the first with which, both refitted, they are predicted as well.
         """
         if not kept:
             return kept
@@ -187,9 +186,9 @@ class Rivals:
         return kept if lead is first else [lead, *others]
 
     def _no_worse(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
-        """Return whether unseen tests are predicted about as well by some effects as by others, all refitted."""
-        after, before = (self.straight.unseen.errors(effects_of(fits)) for fits in (some, others))
-        return after.rms**2 <= (1.0 + NO_WORSE) * before.rms**2 and fall(after, before)[1] < AGREED
+        """Return whether unseen tests are predicted as well by some effects as by others, all refitted."""
+        after, before = (self.straight.unseen.errors(effects_of(fits)).rms ** 2 for fits in (some, others))
+        return after <= (1.0 + LEAST_SHARE) * before
 
     def _of_fewer_loads(self, fit: Fit, other: Fit) -> bool:
         """Return whether an effect is physics of some, not all, of the loads that vary here and drive another one; memory apart."""
