@@ -57,7 +57,8 @@ class Columns:
 
     def restrain(self, sizes: FloatArray) -> None:
         """Draw each amplitude of the columns as given towards zero: times its size, shape (k,), it is a residual in units of the usual one."""
-        rest = self._triangle[len(sizes) :, -1]
+        # not from the last row: levels add up to the base, and of what they leave rounding would take some along their last one
+        rest = self._triangle[:, -1] - self._triangle[:, :-1] @ self.amplitudes()
         self._restraint = float(np.linalg.norm(rest)) / np.sqrt(len(self._base.left)) * sizes / self.scale
         self._add_rows(self._restraint)
 
