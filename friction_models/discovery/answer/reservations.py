@@ -85,7 +85,7 @@ def reservations(
     ]
     if confirmed.own_law:
         said.append(
-            f"{confirmed.own_law}, beyond what an offset of that level can be: look at them by themselves"
+            f"{confirmed.own_law}, beyond what an offset of that level can be: look at them by themselves, and run the next tests with it and with another one"
         )
     if confirmed.by_powers:
         said.append(

@@ -12,12 +12,13 @@ from scipy.stats import rankdata
 
 from ...common import InputError
 from ...common.errors import shown
+from ...common.wording import listed
 from ...effects.base import Effect
 from ...effects.metadata.factor import PREFIX, scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import ORDER, POINT_COLUMNS, SETTING_UNITS
 from .binned_tests import BinnedTests
-from .metadata import MOST_LEVELS, NOT_METADATA, is_text, with_all_metadata
+from .metadata import EVALUATED, MOST_LEVELS, NOT_METADATA, is_text, recorded, with_all_metadata
 
 #: Most columns that are tried.
 MOST_COLUMNS = 12
@@ -60,6 +61,8 @@ def factors_of(campaign: BinnedTests, effects: Iterable[Effect]) -> tuple[list[E
             break
         found.append(scanned_factor(name, labels_of(campaign, name)))
     notes = []
+    if hardly := _hardly_recorded(campaign, used):
+        notes.append(f"columns of the test table that are no factors: {listed(hardly)}")
     if alike:
         notes.append(
             f"columns of the test table that are no factors, as they go with others: {', '.join(alike)}"
@@ -85,8 +88,24 @@ def factors_like(campaign: BinnedTests, effect: Effect, others: Iterable[Effect]
 
 def _further(campaign: BinnedTests, used: Collection[str]) -> list[str]:
     """Return the columns of the test table that may be factors beside those `used`."""
+    return _may_be_factors(campaign.system, used)
+
+
+def _hardly_recorded(campaign: BinnedTests, used: Collection[str]) -> list[str]:
+    """Return for each column that is empty for too many tests to be a factor how many have it, in words."""
+    table = campaign.loads.context
+    if table is None:
+        return []
+    absent = {str(n) for n in table.columns if table[n].notna().any()} - {*campaign.system} - EVALUATED
+    return [
+        text for n in _may_be_factors(absent, used) if "recorded for" in (text := recorded(campaign.loads, n))
+    ]
+
+
+def _may_be_factors(names: Iterable[str], used: Collection[str]) -> list[str]:
+    """Return those names, in alphabetical order, that are no loads, settings, roles or columns `used` by effects."""
     others = {*used, *NOT_METADATA, *POINT_COLUMNS, *SETTING_UNITS}
-    return sorted(n for n in campaign.system if n not in others and n.strip() and n.isprintable())
+    return sorted(n for n in names if n not in others and n.strip() and n.isprintable())
 
 
 def check_factors(campaign: BinnedTests, effects: Iterable[Effect], tests: npt.NDArray[np.bool_]) -> None:

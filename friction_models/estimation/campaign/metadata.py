@@ -16,8 +16,8 @@ from ...loads.contract import ORDER
 from ...loads.test_numbers import NO_NUMBERS
 from ...models.variables import NOT_RECORDED
 
-#: Share of the tests that may lack a metadata value.
-MOST_EMPTY = 0.5
+#: Share of the tests that may lack a number, or a text, of metadata: texts that are not recorded may be a level (`MANY_EMPTY`).
+MOST_EMPTY, MOST_WITHOUT_TEXT = 0.5, 0.8
 #: Share of the tests from which on the empty cells of texts are a level of their own. The commonest text would hide what it does: in 15
 #: of 30 tables with a third of the cells empty it hid the offset of one level.
 MANY_EMPTY = 0.15
@@ -90,18 +90,23 @@ def about_table(loads: TriboLoads) -> list[str]:
 
 
 def _enough(values: pd.Series) -> bool:
-    """Return whether metadata is recorded for most tests, so that the usual value may stand for the others."""
-    return bool(values.isna().mean() <= MOST_EMPTY)
+    """Return whether metadata is recorded for enough tests to say something of them, or of the others."""
+    return bool(values.isna().mean() <= (MOST_WITHOUT_TEXT if _holds_text(values) else MOST_EMPTY))
+
+
+def _holds_text(values: pd.Series) -> bool:
+    """Return whether a value of some metadata is no number."""
+    numbers = pd.to_numeric(values, errors="coerce")
+    return bool(numbers[values.notna()].isna().any())
 
 
 def _usual(values: pd.Series) -> Any:
     """Return the value that stands for tests without one: the median of numbers, the commonest text, or `NOT_RECORDED` for many."""
-    numbers = pd.to_numeric(values, errors="coerce")
-    if bool(numbers[values.notna()].isna().any()):
-        if values.isna().mean() > MANY_EMPTY:
-            return NOT_RECORDED
-        return values.dropna().astype(str).mode().iloc[0]
-    return float(numbers.median())
+    if not _holds_text(values):
+        return float(pd.to_numeric(values, errors="coerce").median())
+    if values.isna().mean() > MANY_EMPTY:
+        return NOT_RECORDED
+    return values.dropna().astype(str).mode().iloc[0]
 
 
 def recorded(loads: TriboLoads, name: str) -> str:

@@ -45,8 +45,8 @@ def _beyond(campaign: BinnedTests, column: str, texts: Sequence[Any], own: int) 
     most, said = BEYOND, ""
     for load, level in campaign.levels.items():
         z, reached, unit = on_scale(load, level), level[others], behind(POINT_UNITS[load])
-        above = (z[own] - z[others].max()) / float(np.ptp(z))
-        below = (z[others].min() - z[own]) / float(np.ptp(z))
+        size = max(float(np.ptp(z)), 1e-300)
+        above, below = (z[own] - z[others].max()) / size, (z[others].min() - z[own]) / size
         if above > most:
             most, said = above, f"{column} {labels[own]} at {load} above {reached.max():.3g}{unit}"
         if below > most:

@@ -62,6 +62,19 @@ def test_what_a_column_does_is_seen_though_many_cells_are_empty(seed: int) -> No
     assert any("tests: they count as a level of their own" in w for w in found.warnings)
 
 
+def test_that_nothing_is_recorded_may_itself_go_with_an_offset() -> None:
+    """A column that was empty for more than half of the tests was not looked at, and nobody was told."""
+    points, table = averages(4)
+    empty = np.random.default_rng(11).random(36) < 0.6
+    points["mu"] += 0.015 * empty
+    lubricant = pd.Series(["A", "B", "C"] * 12).mask(empty)
+    found = diagnose(points, table.assign(lubricant=lubricant))
+    assert found.effects == ["factor:lubricant"], found.sentence
+    hardly = diagnose(points, table.assign(lubricant=lubricant.where(np.arange(36) < 10)))
+    said = [w for w in hardly.warnings if "are no factors: lubricant is recorded for" in w]
+    assert len(said) == 1, hardly.warnings
+
+
 def test_empty_cells_make_no_effect() -> None:
     found = [diagnose(*half_filled(seed, 0.0)) for seed in (3, 5, 6)]
     assert all(f.verdict == "nothing_missing" and f.confidence <= LIKELY for f in found)
