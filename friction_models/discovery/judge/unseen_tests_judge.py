@@ -17,8 +17,8 @@ from .confirmation import EXPLAINED, NAMED, NOT_THE_ANSWER, Confirmation
 from .error_budget import BELIEVED, ErrorShares, helps
 from .identifiability import RESOLUTION
 from .naming.another_family import AnotherFamily
-from .naming.instead import Instead, along_the_distance
-from .naming.names import CLEAR, Names, falls
+from .naming.instead import CONFIRMED, MOST_OF_THE_REST, Instead, along_the_distance
+from .naming.names import Names
 from .naming.other_laws import OtherLaws
 from .naming.own_form import OwnForm
 from .naming.products import Products
@@ -26,17 +26,11 @@ from .naming.rivals import Further, Rivals, told
 from .naming.straight_fits import StraightFits
 from .naming.two_loads import TwoLoads
 from .unseen_tests import UnseenTests
-from .verdict import BENT_MEMORY, LEVEL
+from .verdict import BENT_MEMORY
 
-#: More than this share of what is left lies along the load of the only name: its form is another one.
-ALONG_ITS_LOAD = 0.6
 #: What the reference finds where no effect is seen must be this share of the squared error at least, and this certain; if it is much
 #: of the error, what it needs to be believed is enough.
 ALONE_SHARE, ALONE_CERTAIN, MUCH = 0.05, 3.0, 0.25
-#: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
-MAYBE, CONFIRMED = 0.2, 1.7
-#: What leaves less than this share of the squared error on unseen tests need not be as significant.
-MOST = 0.5
 
 
 class UnseenTestsJudge:
@@ -147,7 +141,7 @@ class UnseenTestsJudge:
             elif kept and (several := self.instead.several(kept[0])):
                 # one curve of another form has another name; several together may bend where each is right
                 verdict, chosen = named, several
-        if verdict == "nothing_missing" and (seen := self._overlooked()) is not None:
+        if verdict == "nothing_missing" and (seen := self.instead.overlooked()) is not None:
             return "explained", [seen]
         return verdict, chosen
 
@@ -183,18 +177,11 @@ class UnseenTestsJudge:
         if verdict == "unknown_structure" and unseen_by_scan and (one := self.instead.alone()):
             return "explained", one, self.beside.shares(one)
         if verdict == "unknown_structure" and (
-            together := self.instead.together() or self.instead.along_the_distance() or self._levels()
+            together := self.instead.together() or self.instead.along_the_distance() or self.instead.levels()
         ):
             kept, shares = together, self.beside.shares(together)
             verdict = self._verdict(named, kept, shares)
         return verdict, kept, shares
-
-    def _levels(self) -> list[Fit]:
-        """Return the effect of a column of the test table that makes most of what is left, if unseen tests confirm it."""
-        found = [p["variables"] for p in self.beside.places([]) if p["share"] > ALONG_ITS_LOAD]
-        fits = [f for f in self.found.ranking if [*f.effect.metadata] in found and f.effect.kind != "fault"]
-        before = self.beside.without_names
-        return [f for f in fits[:1] if falls(before, self.unseen.errors(effects_of([f])), CONFIRMED)]
 
     def _verdict(self, verdict: str, kept: list[Fit], shares: ErrorShares) -> str:
         if verdict in NAMED and kept:
@@ -250,7 +237,7 @@ class UnseenTestsJudge:
         ):
             return False
         places = self.beside.places(kept)
-        return any(p["share"] > ALONG_ITS_LOAD and {*p["variables"]} <= {*effect.driver} for p in places)
+        return any(p["share"] > MOST_OF_THE_REST and {*p["variables"]} <= {*effect.driver} for p in places)
 
     def _without(
         self, other_laws: set[str], kept: list[Fit], beside: Mapping[str, list[str]], alone: float
@@ -290,19 +277,6 @@ class UnseenTestsJudge:
     def _is_fault(self, name: str) -> bool:
         """Return whether an effect is a fault of the data."""
         return any(f.name == name and f.effect.kind == "fault" for f in self.found.ranking)
-
-    def _overlooked(self) -> Fit | None:
-        """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
-        if self.found.least_p >= MAYBE:
-            return None
-        before = self.beside.without_names
-        for fit in self.found.ranking[:2]:
-            if (p := self.found.own_p_value(fit)) >= LEVEL:
-                continue
-            after = self.unseen.errors(effects_of([fit]))
-            if (p < CLEAR or after.rms**2 < MOST * before.rms**2) and falls(before, after, CONFIRMED):
-                return fit
-        return None
 
 
 def _told_apart(kept: Sequence[Fit], alike: Sequence[str], behind: Sequence[str]) -> bool:

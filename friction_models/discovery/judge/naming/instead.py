@@ -13,13 +13,20 @@ from ....estimation.search.unseen_loads import own_load
 from ..beside_reference import effects_of
 from ..confirmation import EXPLAINED
 from ..error_budget import helps
-from .names import ALONE, MOST_NAMED, RIVALS, Names, falls
+from ..verdict import LEVEL
+from .names import ALONE, CLEAR, MOST_NAMED, RIVALS, Names, falls
 from .rivals import APART
 
 #: Effects from which a sum is grown before structure is called unknown.
 LEADS = 3
 #: Two effects along the distance leave less than this share of what can be predicted.
 HARDLY_LEFT = 0.07
+#: More than this share of what is left is most of it: it lies along the load of the only name, which has another form, or along one column.
+MOST_OF_THE_REST = 0.6
+#: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
+MAYBE, CONFIRMED = 0.2, 1.7
+#: What leaves less than this share of the squared error on unseen tests need not be as significant.
+MOST = 0.5
 
 
 @dataclass(frozen=True)
@@ -96,6 +103,28 @@ class Instead:
         # of two that both fall, one only mends the form of the other
         one, other = (t.binned for t in self.names.unseen.fitted(effects_of(pair)).terms)
         return pair if float(np.cov(one, other)[0, 1]) < 0.0 else []
+
+    def levels(self) -> list[Fit]:
+        """Return the effect of a column of the test table that makes most of what is left, if unseen tests confirm it."""
+        found = [p["variables"] for p in self.names.beside.places([]) if p["share"] > MOST_OF_THE_REST]
+        fits = [
+            f for f in self.names.found.ranking if [*f.effect.metadata] in found and f.effect.kind != "fault"
+        ]
+        before = self.names.beside.without_names
+        return [f for f in fits[:1] if falls(before, self.names.unseen.errors(effects_of([f])), CONFIRMED)]
+
+    def overlooked(self) -> Fit | None:
+        """Return an effect that is significant once the noise is judged beside it, and that unseen tests confirm clearly."""
+        if self.names.found.least_p >= MAYBE:
+            return None
+        before = self.names.beside.without_names
+        for fit in self.names.found.ranking[:2]:
+            if (p := self.names.found.own_p_value(fit)) >= LEVEL:
+                continue
+            after = self.names.unseen.errors(effects_of([fit]))
+            if (p < CLEAR or after.rms**2 < MOST * before.rms**2) and falls(before, after, CONFIRMED):
+                return fit
+        return None
 
     def _sum(self, lead: Fit) -> list[Fit]:
         """Return an effect with the best ones of other loads, while they lower the error with the shapes of the search."""
