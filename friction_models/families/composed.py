@@ -14,6 +14,7 @@ from ..effects import CATALOGUE, ENTRY_POINT_GROUP, known_effect, make_effect
 from ..effects.base import Effect, EffectContext
 from ..effects.time_course import Rows, TimeCourse
 from ..effects.together import check_together
+from ..estimation.campaign.metadata import with_all_metadata
 from ..estimation.fit.joint_fit import fit_jointly
 from ..estimation.search.memory import states_along
 from ..expressions.ops import LoadColumns, NumpyOps, Ops, Value
@@ -111,6 +112,7 @@ class ComposedFriction(FrictionModel):
             loads, mu = loads.take(rows), mu[rows]
             groups = None if groups is None else groups[rows]
             sample_weight = None if sample_weight is None else sample_weight[rows]
+        loads = with_all_metadata(loads, [m for e in self.effects_ for m in e.metadata])
         self.levels_ = levels_of(loads, self.effects_)
         self.effects_ = [e.with_levels(self.levels_) for e in self.effects_]
         fitted = fit_jointly(

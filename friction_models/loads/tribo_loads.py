@@ -169,10 +169,11 @@ class TriboLoads:
                 raise InputError(
                     f"tests: test_id {str(twice[0])!r} stands in {int((table.index == twice[0]).sum())} rows; allowed: one row a test"
                 )
+            from .plain_cells import with_plain_cells
             from .run_order import with_places
             from .test_numbers import with_numbers
 
-            object.__setattr__(self, "context", with_numbers(with_places(table)))
+            object.__setattr__(self, "context", with_numbers(with_places(with_plain_cells(table))))
         if self.t is not None:
             order_of_tests(self.test_id, self.t, self.sd)
 

@@ -19,6 +19,9 @@ ALLOWED = (
     "predict_frame(data, tests)"
 )
 
+#: Squares of larger numbers are beyond all floats.
+LARGEST = 1e100
+
 #: Error measures by name; None for the share outside a domain that is not known.
 Measures: TypeAlias = dict[str, float | None]
 
@@ -116,4 +119,8 @@ def predict_points(where: str, model: Any, loads: TriboLoads, tests: pd.DataFram
         ) from error
     if predicted.shape != (len(loads),) or not np.isfinite(predicted).all():
         raise InputError(f"{where}: predict gave {predicted.shape} values, allowed: one finite value a point")
+    if np.abs(predicted).max(initial=0.0) > LARGEST:
+        raise InputError(
+            f"{where}: predict gave {predicted[np.argmax(np.abs(predicted))]:.3g}; allowed: friction coefficients"
+        )
     return predicted

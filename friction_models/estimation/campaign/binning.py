@@ -26,7 +26,7 @@ from .cleaning import thinned, without_copies, without_gaps, without_spikes
 from .clipping import about_clipping
 from .conflicting_loads import about_conflicts
 from .dead_sensor import about_dead_sensor
-from .load_noise import without_noise
+from .load_noise import as_set, without_noise
 from .load_spikes import without_load_spikes
 from .metadata import about_table, metadata_columns
 from .mixed_units import about_units
@@ -83,7 +83,8 @@ def prepare(data: pd.DataFrame, tests: pd.DataFrame | None = None) -> BinnedTest
     about_negative(measured, "data")  # refuses the wrong sign
     warnings += about_clipping(measured, frame["test_id"].to_numpy(dtype=str))
     mu = without_spikes(measured, frame["test_id"], warnings)
-    campaign = campaign_of(loads, mu, loads.test_id)
+    campaign = campaign_of(as_set(loads), mu, loads.test_id)
+    campaign.read = loads
     campaign.spikes = float(np.mean((mu != measured) | lone))
     campaign.system = metadata_columns(loads)
     warnings += about_units(loads, campaign.point_starts, campaign.tests)

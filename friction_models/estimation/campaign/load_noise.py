@@ -1,4 +1,4 @@
-"""Loads along a test without the noise of their sensors: friction follows the load, and not that noise."""
+"""Loads without the noise of their sensors: friction follows the load, and not that noise."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
+from .settings import AS_SET, SAME_TEMPERATURE
 
 #: Terms of the course of a load along a test, at most.
 TERMS = 6
@@ -77,6 +78,25 @@ def _courses(values: FloatArray) -> FloatArray:
     taken = (noise > MATTERS * np.var(values, axis=1)) & (variance < NOISY * noise)
     smooth = (shares * (np.arange(TERMS) < terms[:, None])) @ basis.T
     return np.where(taken[:, None], smooth, values)
+
+
+def as_set(loads: TriboLoads) -> TriboLoads:
+    """Return loads of which those that a machine, or the room, held have their mean everywhere: a slope along their noise is one of chance.
+
+    Examples
+    --------
+    >>> room = [25.3, 24.6, 25.1]
+    >>> loads = TriboLoads(v_rel=[1.0, 5.0, 9.0], T=room, sigma_n=[1.0, 2.0, 3.0], sd=np.zeros(3), psi=np.ones(3))
+    >>> as_set(loads).T.tolist(), as_set(loads).sigma_n.tolist()
+    ([25.0, 25.0, 25.0], [1.0, 2.0, 3.0])
+    """
+    held: dict[str, Any] = {}
+    for name in ("v_rel", "T", "sigma_n"):
+        values = np.asarray(getattr(loads, name), dtype=np.float64)
+        mean, spread = float(np.mean(values)), float(np.std(values))
+        if 0.0 < spread <= (SAME_TEMPERATURE if name == "T" else AS_SET * abs(mean)):
+            held[name] = np.full(len(values), mean)
+    return replace(loads, **held) if held else loads
 
 
 @lru_cache(maxsize=64)

@@ -18,8 +18,10 @@ from ...models.variables import NOT_RECORDED
 
 #: Share of the tests that may lack a number, or a text, of metadata: texts that are not recorded may be a level (`MANY_EMPTY`).
 MOST_EMPTY, MOST_WITHOUT_TEXT = 0.5, 0.8
-#: Share of the tests from which on the empty cells of texts are a level of their own. The commonest text would hide what it does: in 15
-#: of 30 tables with a third of the cells empty it hid the offset of one level.
+#: Tests from which on the empty cells of texts are a level of their own. The commonest text would hide what it does: in 15 of 30 tables
+#: with a third of the cells empty it hid the offset of one level, and in 12 of 12 with up to 15 % that of the empty cells.
+SEVERAL_EMPTY = 3
+#: Share of the tests from which on a column with empty cells may hide what its levels do.
 MANY_EMPTY = 0.15
 #: Columns of metadata of which curves, and repeats that differ in some of them, are looked at; a table of more is a dump.
 MOST_METADATA = 24
@@ -104,7 +106,7 @@ def _usual(values: pd.Series) -> Any:
     """Return the value that stands for tests without one: the median of numbers, the commonest text, or `NOT_RECORDED` for many."""
     if not _holds_text(values):
         return float(pd.to_numeric(values, errors="coerce").median())
-    if values.isna().mean() > MANY_EMPTY:
+    if values.isna().sum() >= SEVERAL_EMPTY:
         return NOT_RECORDED
     return values.dropna().astype(str).mode().iloc[0]
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...common import InputError
+from ...common.errors import shown
 from ...loads import FloatArray
 from ...models.base import FrictionModel
 from ...models.measures import ALLOWED, predict_points
@@ -39,9 +40,10 @@ def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
     A `FrictionModel`, fitted or not, says itself what may change; anything else that predicts, by ``predict(array[n, 5])``, is
     a fixed base. Where it has ``predict_frame`` (a friction FMU, an ONNX model), that is asked, so that memory and system
     variables act. `seed` is that of the folds of a flexible base.
-    Raises InputError: an object that cannot predict.
+    Raises InputError: an object that cannot predict; tests without metadata that a model was fitted with.
     """
     if isinstance(model, FrictionModel):
+        _check_metadata(model, campaign)
         points = MeasuredPoints(
             campaign.loads,
             campaign.mu,
@@ -68,6 +70,18 @@ def base_law(model: Any, campaign: BinnedTests, seed: int = 0) -> BaseLaw:
     file = getattr(model, "path", None)  # an FMU, an ONNX file
     name = file.name if isinstance(file, Path) else str(getattr(model, "family", type(model).__name__))
     return _with_level(BaseLaw(name, np.ones((len(offset), 1)), offset, fixed=True, model=model), campaign)
+
+
+def _check_metadata(model: FrictionModel, campaign: BinnedTests) -> None:
+    """Refuse tests without metadata of a fitted model: it is refitted, which takes what each test had."""
+    lacking = (
+        [v.name for v in model.system_variables if v.name not in campaign.system] if model.is_fitted else []
+    )
+    if lacking:
+        raise InputError(
+            f"the {model.name} model needs the column {shown(lacking[0], 60)!r} of the table of tests, as it is fitted anew; allowed: "
+            "a table of tests with it"
+        )
 
 
 def _with_level(law: BaseLaw, campaign: BinnedTests) -> BaseLaw:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from friction_models.common import InputError
 from friction_models.discovery import diagnose, refine
 from friction_models.discovery.judge.doubts import LIKELY, MOSTLY
 
@@ -92,6 +95,57 @@ def test_a_model_knows_tests_for_which_nothing_is_recorded() -> None:
     }  # fmt: skip
     assert by_label[None] == by_label["not recorded"] != by_label["A"]
     assert by_label["Z"] != by_label["not recorded"]
+
+
+def test_tests_without_the_column_of_a_model_are_refused_in_words() -> None:
+    """It was a KeyError in the basis of an effect."""
+    points, table = half_filled(5, 0.015)
+    model = refine(points, table, add=["factor:lubricant"])
+    with pytest.raises(InputError, match="needs the column 'lubricant' of the table of tests"):
+        diagnose(points, table.drop(columns="lubricant"), model=model)
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        pd.Series(pd.Categorical(["A", "B", None, "C", "A", " "] * 6)),
+        pd.Series(["A", "B", pd.NA, "C", "A", ""] * 6, dtype="string"),
+        pd.Series([True, False, None, True, False, None] * 6, dtype="boolean"),
+        pd.Series([1, 10**400, 2] * 12, dtype=object),
+        pd.Series([["a"], {"b": 1}, None, 2.5, b"c", pd.Timestamp("2024-01-31")] * 6, dtype=object),
+    ],
+)
+@pytest.mark.parametrize("name", ["lubricant", 7, None])
+def test_columns_of_all_kinds_are_taken(cells: pd.Series, name: object) -> None:
+    points, table = averages(3)
+    assert diagnose(points, table.assign(column=cells).rename(columns={"column": name})).verdict
+
+
+def test_a_column_whose_name_is_no_text_counts_as_others_do() -> None:
+    points, table = averages(4)
+    coating = np.arange(36) % 3
+    points["mu"] += 0.015 * (coating == 1)
+    texts = pd.Series(["A", "B", "C"])[coating].to_numpy()
+    assert diagnose(points, table.assign(column=texts).rename(columns={"column": 7})).effects == ["factor:7"]
+
+
+def test_a_model_that_predicts_what_no_square_holds_is_refused() -> None:
+    points, table = averages(3)
+    with pytest.raises(InputError, match=r"predict gave 1e\+300; allowed: friction coefficients"):
+        diagnose(points, table, model=SimpleNamespace(predict=lambda loads: np.full(len(loads), 1e300)))
+
+
+def test_the_temperature_of_a_room_is_no_load() -> None:
+    """Ten tests of a law that falls with speed: beside a slope along what a thermometer reads, nothing was missing, 0.8 sure."""
+    rng = np.random.default_rng(3)
+    v = np.array([1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 600.0, 10.0, 100.0, 1.0])
+    p = np.array([100.0, 300.0, 500.0, 100.0, 300.0, 500.0, 100.0, 300.0, 500.0, 500.0])
+    mu = 0.12 - 0.02 * np.arctan(1.5 * np.log(v / 15.0)) + rng.normal(0.0, 0.003, 10)
+    names = [f"t{k}" for k in range(10)]
+    for seed in range(3):
+        room = 25.0 + np.random.default_rng(seed).normal(0.0, 0.5, 10)
+        found = diagnose(pd.DataFrame({"test_id": names, "v_rel": v, "T": room, "sigma_n": p, "mu": mu}))
+        assert "stribeck" in found.confusion_set, found.sentence
 
 
 def test_an_odd_test_that_no_other_of_its_coating_reaches_is_told() -> None:
