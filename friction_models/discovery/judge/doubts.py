@@ -25,7 +25,7 @@ EVEN, LIKELY, MOSTLY = 0.5, 0.7, 0.85
 #: Nobody read the force without load: an offset of it may as well be an effect of pressure.
 ZERO_UNREAD = "the zero of the force was not read"
 #: Of fewer tests chance makes a name rather often, as they leave few numbers for it beside a model.
-FEW_TESTS = 12
+FEW_TESTS = 16
 #: So many effects of the catalogue together draw nearly any curve.
 MANY = 3
 #: Less than this share of the squared error on unseen tests is little.

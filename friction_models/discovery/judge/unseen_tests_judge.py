@@ -69,7 +69,7 @@ class UnseenTestsJudge:
         alone = CONFIRMED if verdict == "unknown_structure" else BELIEVED
         verdict, chosen = self._doubted(verdict, chosen, named, bent, alone)
         verdict, kept, shares = self._named(verdict, chosen, named, alone)
-        plainest = self.rivals.plainest_first(kept)
+        plainest = self.rivals.plainer_beside(self.rivals.plainest_first(kept))
         if plainest is not kept:
             kept, shares = plainest, self.beside.shares(plainest)
         beside = self._rivals(kept, shares)

@@ -140,12 +140,12 @@ def _remarks(campaign: BinnedTests) -> list[str]:
         warnings.append(f"only {tests} tests: the scatter between tests is poorly known")
     for name in LOAD_NAMES:
         if name not in campaign.absent and not campaign.varies(name):
-            column = getattr(campaign.loads, name)
+            column = getattr(campaign.as_read, name)
             low, high = f"{np.min(column):.4g}", f"{np.max(column):.4g}"
             how = (
                 "does not vary in the data"
                 if low == high
-                else f"varies only as a machine holds it ({low} to {high}{behind(QUANTITIES[name].unit)})"
+                else f"varies only as it is held ({low} to {high}{behind(QUANTITIES[name].unit)})"
             )
             warnings.append(f"{name} {how}: effects of {name} cannot be seen")
     return warnings

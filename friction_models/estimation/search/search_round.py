@@ -114,7 +114,8 @@ class SearchRound:
 def flexible_mean(campaign: BinnedTests, base: FloatArray) -> FloatArray:
     """Return bin means of columns that follow more than the base [n, p]: second order and curves along each load.
 
-    With few tests the interactions, then the curves are left out, so that scatter between tests stays visible.
+    With few tests the interactions, then the curves are left out, so that scatter between tests stays visible. So are directions in which
+    columns hardly go beyond the others: with three set points of a load its logarithm is a parabola, but for what the machine missed them by.
     """
     if campaign.smooth is None:
         campaign.smooth = [campaign.pieces.average(c) for c in _smooth_columns(campaign.pieces)]
@@ -122,10 +123,19 @@ def flexible_mean(campaign: BinnedTests, base: FloatArray) -> FloatArray:
     # what lies along the tests only takes nothing of their levels
     most = max(MOST_SPENT * len(campaign.tests), _spent(campaign, mean))
     for columns in campaign.smooth:
-        more = np.column_stack([mean, columns])
+        more = np.column_stack([mean, _beyond(columns, mean)])
         if _spent(campaign, more) <= most:
             mean = more
     return mean
+
+
+def _beyond(columns: FloatArray, mean: FloatArray) -> FloatArray:
+    """Return the directions in which columns, shape (m, k), differ from those of a mean by more than `DIFFERS` of themselves, shape (m, j)."""
+    norms = np.linalg.norm(columns, axis=0)
+    own = columns[:, norms > 0.0] / norms[norms > 0.0]
+    known = independent_columns(mean)
+    u, size, _ = np.linalg.svd(own - known @ (known.T @ own), full_matrices=False)
+    return np.asarray(u[:, size > DIFFERS])
 
 
 def _smooth_columns(campaign: BinnedTests) -> list[FloatArray]:

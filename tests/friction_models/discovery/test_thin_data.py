@@ -336,7 +336,7 @@ def test_a_pressure_that_a_machine_holds_does_not_vary() -> None:
     campaign = prepare(held(0, 0.007))
     assert campaign.varied == ["v_rel"]
     assert any(
-        w.startswith("sigma_n varies only as a machine holds it (0.16") and " MPa)" in w
+        w.startswith("sigma_n varies only as it is held (0.16") and " MPa)" in w
         for w in campaign.warnings
     )
     found = diagnose(held(0, 0.007), model="constant")
@@ -350,7 +350,10 @@ def test_levels_of_a_pressure_and_small_changes_of_other_loads_vary() -> None:
     assert prepare(held(0, 0.007, (0.16, 0.17))).varied == ["v_rel", "sigma_n"]
     data = held(0, 0.0)
     few = np.linspace(0.0, 1.0, len(data))
-    assert prepare(data.assign(T=200.0 + 2.0 * few, psi=1.0 + 0.01 * few)).varied == ["v_rel", "T", "psi"]
+    assert prepare(data.assign(T=200.0 + 8.0 * few, psi=1.0 + 0.01 * few)).varied == ["v_rel", "T", "psi"]
+    room = prepare(data.assign(T=200.0 + 2.0 * few, psi=1.0 + 0.01 * few))
+    assert room.varied == ["v_rel", "psi"]
+    assert "T varies only as it is held (200 to 202 degC): effects of T cannot be seen" in room.warnings
 
 
 def test_a_dozen_means_of_noise_are_no_effect() -> None:

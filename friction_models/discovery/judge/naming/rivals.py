@@ -185,6 +185,34 @@ class Rivals:
         lead = min([first, *others_as_good], key=self.found.plainness)
         return kept if lead is first else [lead, *others]
 
+    def plainer_beside(self, kept: list[Fit]) -> list[Fit]:
+        """Return the effects, each exchanged for a likelier one that unseen tests predict as well with, all refitted.
+
+        A further name of several loads for one of fewer of them, and a fault for a column of the test table: that instruments are right
+        is the better bet where what was recorded says the same.
+        """
+        for k, named in enumerate(kept):
+            beside = [f for f in kept if f is not named]
+            seen = self.further(beside) if beside else self.found.ranking
+            names = {f.name for f in kept}
+            likelier = (
+                f
+                for f in seen
+                if f.name not in names
+                and f.gain > AS_GOOD * named.gain
+                and (self._is_recorded(f, named) or (k > 0 and self._of_fewer_loads(f, named)))
+            )
+            for fit in likelier:
+                instead = [*kept[:k], fit, *kept[k + 1 :]]
+                if self._no_worse(instead, kept):
+                    return instead
+        return kept
+
+    @staticmethod
+    def _is_recorded(fit: Fit, fault: Fit) -> bool:
+        """Return whether an effect is one of a column of the test table, which a fault of the data may only stand for."""
+        return fault.effect.kind == "fault" and fit.effect.kind == "system"
+
     def _no_worse(self, some: Sequence[Fit], others: Sequence[Fit]) -> bool:
         """Return whether unseen tests are predicted as well by some effects as by others, all refitted."""
         after, before = (self.straight.unseen.errors(effects_of(fits)).rms ** 2 for fits in (some, others))
