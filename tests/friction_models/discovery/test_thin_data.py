@@ -336,8 +336,7 @@ def test_a_pressure_that_a_machine_holds_does_not_vary() -> None:
     campaign = prepare(held(0, 0.007))
     assert campaign.varied == ["v_rel"]
     assert any(
-        w.startswith("sigma_n varies only as it is held (0.16") and " MPa)" in w
-        for w in campaign.warnings
+        w.startswith("sigma_n varies only as it is held (0.16") and " MPa)" in w for w in campaign.warnings
     )
     found = diagnose(held(0, 0.007), model="constant")
     assert not {"pressure_power", "force_zero", "pressure_saturation"} & {r["effect"] for r in found.ranking}
