@@ -69,10 +69,27 @@ def budget_numbers(
 
 
 def _parts(campaign: BinnedTests, found: SearchRound) -> dict[str, float]:
-    """Return the mean squares of test scatter, drift and sensor in the averages; the noise of the sensor falls with their points."""
+    """Return the mean squares of test scatter, drift and sensor in the averages; the noise of the sensor falls with their points.
+
+    What a slow drift makes of the mean of a test sets tests apart: no data tell it from their scatter.
+    """
     floor = found.floor
     points = float(campaign.count.sum()) / len(campaign.count)
-    return {"test": floor.test**2, "drift": floor.drift**2, "sensor": floor.bin_sensor**2 / points}
+    apart = floor.drift**2 * _of_the_mean(campaign, floor.drift_length)
+    return {
+        "test": floor.test**2 + apart,
+        "drift": floor.drift**2 - apart,
+        "sensor": floor.bin_sensor**2 / points,
+    }
+
+
+def _of_the_mean(campaign: BinnedTests, length: float) -> float:
+    """Return which share of the square of a drift of this correlation length [mm] is that of the mean of a test, as long as most are."""
+    distance = campaign.average(campaign.distance)
+    last = np.r_[campaign.first_bins[1:], len(distance)] - 1
+    ratio = float(np.median(distance[last] - distance[campaign.first_bins])) / max(length, 1e-9)
+    # the mean of exp(-|x - x'| / length) over all pairs of places
+    return 1.0 if ratio < 1e-3 else float(2.0 * (ratio - 1.0 + np.exp(-ratio)) / ratio**2)
 
 
 def _mean_square(campaign: BinnedTests, values: FloatArray) -> float:

@@ -137,7 +137,7 @@ def could_hide(hidden: dict[str, tuple[float, float]], mu: float) -> list[str]:
         sizes = ", ".join(f"{hidden[name][1]:.2g} with {name}" for name in seen)
         said.append(
             f"smaller effects may be there: tests like these show an effect in most cases only if mu ({mu:.2g} on average) changes "
-            f"over them by {sizes}, or more"
+            f"over them by {sizes}, or more, counting what the model takes of it"
         )
     if partly := sorted(name for name in hidden if hidden[name][0] < mu <= hidden[name][1]):
         sizes = ", ".join(f"{hidden[name][0]:.2g} with {name}" for name in partly)

@@ -21,6 +21,8 @@ from .rivals import APART
 LEADS = 3
 #: Two effects along the distance leave less than this share of what can be predicted.
 HARDLY_LEFT = 0.07
+#: And less than this share of what one of them leaves.
+LESS_LEFT = 0.6
 #: More than this share of what is left is most of it: it lies along the load of the only name, which has another form, or along one column.
 MOST_OF_THE_REST = 0.6
 #: The first search, whose noise holds the effect, must say at least this; unseen tests must then be this certain.
@@ -95,8 +97,10 @@ class Instead:
         pairs = map(list, combinations(plain, 2))
         # refitted: shapes of the search are those of effects that stand alone
         pair = min(pairs, key=lambda fits: self.names.unseen.errors(effects_of(fits)).rms, default=[])
-        if not pair or self.names.beside.shares(pair).left > HARDLY_LEFT:
+        if not pair or (left := self.names.beside.shares(pair).left) > HARDLY_LEFT:
             return []
+        if left > LESS_LEFT * min(self.names.beside.shares([fit]).left for fit in pair):
+            return []  # the second one only mends the form of the first
         after = self.names.unseen.errors(effects_of(pair))
         if any(self.names.missed([fit], after) < ALONE for fit in pair):
             return []
