@@ -62,3 +62,47 @@ def test_oils_are_named_though_two_tests_are_lost() -> None:
     """Two of these six were named."""
     named = [diagnose(*oils(seed, tests=14, apart=0.006)).effects == ["factor:oil"] for seed in range(6)]
     assert sum(named) >= 5, named
+
+
+def of_two_columns(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return averages of 45 tests with three coatings beside none, of which one differs most, and an operator who reads 6 % more."""
+    rng, n = np.random.default_rng([seed, 45]), 45
+    loads = {
+        "v_rel": rng.choice([2.0, 10.0, 50.0, 200.0], n),
+        "T": rng.choice([25.0, 60.0, 120.0, 180.0], n),
+        "sigma_n": rng.choice([5.0, 15.0, 40.0, 80.0], n),
+    }
+    coating, operator = rng.permutation(np.repeat([0, 1, 2, 3], [20, 12, 9, 4])), rng.integers(0, 3, n)
+    mu = 0.11 - 2e-4 * (loads["sigma_n"] - 30.0) + np.array([0.0, -0.012, -0.025, 0.006])[coating]
+    names = [f"t{k:02d}" for k in range(n)]
+    points = {"test_id": names, **loads, "mu": mu + 0.006 * (operator == 1) + rng.normal(0.0, 0.003, n)}
+    columns = {
+        "coating": np.array(["bare", "TiN", "DLC", "CrN"])[coating],
+        "operator": np.array(["x", "y", "z"])[operator],
+    }
+    return pd.DataFrame(points), pd.DataFrame({"test_id": names, **columns})
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(k, marks=pytest.mark.nightly) for k in (2, 3, 6))])
+def test_a_second_column_is_sought_beside_all_levels_of_the_first(seed: int) -> None:
+    """Beside the one coating that differs most the others were scatter, and the operator was not named."""
+    found = diagnose(*of_two_columns(seed))
+    assert found.effects == ["factor:coating", "factor:operator"], found.sentence
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.nightly) for k in (1, 2, 5))])
+def test_batches_are_named_before_a_drift_that_says_the_same(seed: int) -> None:
+    """A drift of the sensor was named, and its share of mu was to be taken off the measurements."""
+    rng, n = np.random.default_rng([seed, 36]), 40
+    batch = np.minimum(4, (5.0 * (np.arange(n) / n * 0.8 + 0.2 * rng.random(n))).astype(int))
+    v, T = rng.choice([2.0, 15.0, 60.0, 200.0], n), rng.choice([20.0, 80.0, 140.0], n)
+    mu = (
+        0.1
+        + 1e-4 * (T - 80.0)
+        + np.array([-0.007, -0.002, 0.0, 0.003, 0.009])[batch]
+        + rng.normal(0.0, 0.003, n)
+    )
+    names = [f"t{k:02d}" for k in range(n)]
+    table = pd.DataFrame({"test_id": names, "batch": np.array([*"ABCDE"])[batch], "order": np.arange(n) + 1})
+    found = diagnose(pd.DataFrame({"test_id": names, "v_rel": v, "T": T, "mu": mu}), table)
+    assert found.effects == ["batch"] and "sensor_drift" in found.confusion_set, found.sentence
