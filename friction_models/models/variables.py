@@ -15,7 +15,7 @@ from ..common.ranges import is_number
 
 #: Number of a label that was not there in training: it is none of those that were.
 UNKNOWN_LABEL = -1.0
-#: Label of the tests for which nothing is recorded, where these are many.
+#: Label of the tests for which nothing is recorded, where these are several.
 NOT_RECORDED = "not recorded"
 
 

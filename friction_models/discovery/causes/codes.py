@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import fdtrc
 
 from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.metadata import is_text
 from ...estimation.noise.noise_floor import independent_columns
+from ...estimation.search.between_tests import chance_beside
 from ...estimation.search.structure import StructurePlace
 from ...loads import FloatArray
 from ...loads.contract import ORDER
@@ -44,12 +44,7 @@ def _no_line(campaign: BinnedTests, name: str, residual: FloatArray) -> float:
     """Return the chance that means of levels describe the tests so much better than a line in their numbers."""
     number, left = (campaign.of_tests(v) for v in (campaign.metadata(name), residual))
     line = independent_columns(np.column_stack([np.ones(len(number)), number]))
-    level = independent_columns((number[:, None] == np.unique(number)).astype(float))
-    more, freedom = level.shape[1] - line.shape[1], len(number) - level.shape[1]
-    if more < 1 or freedom < 1:
-        return 1.0
-    by_line, by_level = (float(np.sum((left - q @ (q.T @ left)) ** 2)) for q in (line, level))
-    return float(fdtrc(more, freedom, (by_line - by_level) / more / max(by_level / freedom, 1e-300)))
+    return chance_beside(left, line, (number[:, None] == np.unique(number)).astype(float), spare=1)
 
 
 def about_codes(codes: dict[str, list[int]]) -> list[str]:

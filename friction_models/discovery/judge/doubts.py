@@ -10,7 +10,7 @@ import numpy as np
 from ...common.wording import listed
 from ...estimation.campaign.binned_tests import BinnedTests
 from ...estimation.campaign.clipping import clipped_share
-from ...estimation.campaign.metadata import MANY_EMPTY, is_text, share_filled
+from ...estimation.campaign.metadata import MANY_EMPTY, is_text, share_empty
 from ...estimation.search.base_law import BaseLaw
 from ...estimation.search.zero_reading import ZERO, credible
 from .confidence import powers_of_ten
@@ -128,7 +128,7 @@ def _of_nothing(campaign: BinnedTests, judged: Judged, grounds: Mapping[str, flo
 def _hardly_recorded(campaign: BinnedTests) -> bool:
     """Return whether a text is not recorded for many tests, which hides what its levels do."""
     texts = (name for name in campaign.system if is_text(campaign.loads, name))
-    return any(share_filled(campaign.loads, name) > MANY_EMPTY for name in texts)
+    return any(share_empty(campaign.loads, name) > MANY_EMPTY for name in texts)
 
 
 def _of_no_name(confirmed: Confirmation, level_is_off: bool) -> list[Doubt]:

@@ -18,7 +18,15 @@ from ...effects.metadata.factor import PREFIX, scanned_factor
 from ...loads import FloatArray
 from ...loads.contract import ORDER, POINT_COLUMNS, SETTING_UNITS
 from .binned_tests import BinnedTests
-from .metadata import EVALUATED, MOST_LEVELS, NOT_METADATA, is_text, recorded, with_all_metadata
+from .metadata import (
+    EVALUATED,
+    MOST_LEVELS,
+    NOT_METADATA,
+    hardly_recorded,
+    is_text,
+    recorded,
+    with_all_metadata,
+)
 
 #: Most columns that are tried.
 MOST_COLUMNS = 12
@@ -97,9 +105,8 @@ def _hardly_recorded(campaign: BinnedTests, used: Collection[str]) -> list[str]:
     if table is None:
         return []
     absent = {str(n) for n in table.columns if table[n].notna().any()} - {*campaign.system} - EVALUATED
-    return [
-        text for n in _may_be_factors(absent, used) if "recorded for" in (text := recorded(campaign.loads, n))
-    ]
+    names = (n for n in _may_be_factors(absent, used) if hardly_recorded(campaign.loads, n))
+    return [recorded(campaign.loads, n) for n in names]
 
 
 def _may_be_factors(names: Iterable[str], used: Collection[str]) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...loads import LOAD_NAMES, FloatArray, TriboLoads
-from .settings import AS_SET, SAME_TEMPERATURE
+from .settings import is_held
 
 #: Terms of the course of a load along a test, at most.
 TERMS = 6
@@ -93,9 +93,8 @@ def as_set(loads: TriboLoads) -> TriboLoads:
     held: dict[str, Any] = {}
     for name in ("v_rel", "T", "sigma_n"):
         values = np.asarray(getattr(loads, name), dtype=np.float64)
-        mean, spread = float(np.mean(values)), float(np.std(values))
-        if 0.0 < spread <= (SAME_TEMPERATURE if name == "T" else AS_SET * abs(mean)):
-            held[name] = np.full(len(values), mean)
+        if np.ptp(values) > 0.0 and is_held(name, values):
+            held[name] = np.full(len(values), np.mean(values))
     return replace(loads, **held) if held else loads
 
 

@@ -1,4 +1,4 @@
-"""Metadata of tests as columns of numbers; a few empty cells are filled with the usual value, many of texts are a level."""
+"""Metadata of tests as columns of numbers; a few empty cells are filled with the usual value, several of texts are a level."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...loads.contract import ORDER
 from ...loads.test_numbers import NO_NUMBERS
 from ...models.variables import NOT_RECORDED
 
-#: Share of the tests that may lack a number, or a text, of metadata: texts that are not recorded may be a level (`MANY_EMPTY`).
+#: Share of the tests that may lack a number, or a text, of metadata: texts that are not recorded may be a level (`SEVERAL_EMPTY`).
 MOST_EMPTY, MOST_WITHOUT_TEXT = 0.5, 0.8
 #: Tests from which on the empty cells of texts are a level of their own. The commonest text would hide what it does: in 15 of 30 tables
 #: with a third of the cells empty it hid the offset of one level, and in 12 of 12 with up to 15 % that of the empty cells.
@@ -103,7 +103,7 @@ def _holds_text(values: pd.Series) -> bool:
 
 
 def _usual(values: pd.Series) -> Any:
-    """Return the value that stands for tests without one: the median of numbers, the commonest text, or `NOT_RECORDED` for many."""
+    """Return the value that stands for tests without one: the median of numbers, the commonest text, or `NOT_RECORDED` for several."""
     if not _holds_text(values):
         return float(pd.to_numeric(values, errors="coerce").median())
     if values.isna().sum() >= SEVERAL_EMPTY:
@@ -131,10 +131,16 @@ def recorded(loads: TriboLoads, name: str) -> str:
     return f"{name} is not recorded for {without} of {len(values)} tests: they count {counted}"
 
 
-def share_filled(loads: TriboLoads, name: str) -> float:
+def share_empty(loads: TriboLoads, name: str) -> float:
     """Return the share of the tests without a value of a metadata column."""
     values = _of_tests(loads, name)
     return 0.0 if values is None else float(values.isna().mean())
+
+
+def hardly_recorded(loads: TriboLoads, name: str) -> bool:
+    """Return whether a metadata column of the table is empty for too many tests to be taken; see `recorded`."""
+    values = _of_tests(loads, name)
+    return values is not None and not _enough(values)
 
 
 def _of_tests(loads: TriboLoads, name: str) -> pd.Series | None:

@@ -36,7 +36,13 @@ def varies(name: str, values: FloatArray, averaged: bool) -> bool:
         return False
     if name not in HELD or (name == "sd" and not averaged):
         return True
-    return float(np.std(values)) > AS_SET * abs(float(np.mean(values)))
+    return not is_held(name, values)
+
+
+def is_held(name: str, values: FloatArray) -> bool:
+    """Return whether values of a load scatter no more than where a machine, or a room, holds it."""
+    spread = float(np.std(values))
+    return spread <= (SAME_TEMPERATURE if name == "T" else AS_SET * abs(float(np.mean(values))))
 
 
 def in_units(name: str, means: FloatArray, share: float = SAME_SETTING) -> FloatArray:

@@ -13,9 +13,8 @@ from ..campaign.binned_tests import BinnedTests
 from ..campaign.curves import on_scale
 from ..campaign.factors import texts_of
 from ..campaign.metadata import is_text
+from .odd_tests import BEYOND
 
-#: A test is beyond the others by this share of the range of a load.
-BEYOND = 0.15
 #: Tests of a level that say how far they reach.
 LEAST_OF_LEVEL = 3
 #: Columns of a test that are told.

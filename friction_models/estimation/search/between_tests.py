@@ -50,7 +50,7 @@ def metadata_that_sets_tests_apart(
     for _ in range(MOST):
         best: tuple[float, FloatArray] | None = None
         for columns in system:
-            p = _p_value(y, mean, _of_tests(campaign, columns))
+            p = chance_beside(y, mean, _of_tests(campaign, columns))
             if p < LEVEL / len(system) and (best is None or p < best[0]):
                 best = p, columns
         if best is None:
@@ -69,11 +69,14 @@ def _of_tests(campaign: BinnedTests, columns: FloatArray) -> FloatArray:
     return np.column_stack([campaign.of_tests(c) for c in columns.T])
 
 
-def _p_value(y: FloatArray, mean: FloatArray, columns: FloatArray) -> float:
-    """Return the p-value of the F test of columns beside a mean; 1 where too few tests are left."""
+def chance_beside(y: FloatArray, mean: FloatArray, columns: FloatArray, spare: int = SPARE) -> float:
+    """Return the p-value of the F test of columns, shape (tests, k), beside a mean in orthonormal columns, shape (tests, p).
+
+    It is 1 where fewer than `spare` tests are left.
+    """
     whole = independent_columns(np.column_stack([mean, columns]))
     more, left = whole.shape[1] - mean.shape[1], len(y) - whole.shape[1]
-    if more < 1 or left < SPARE:
+    if more < 1 or left < spare:
         return 1.0
     without, beside = (float(np.sum((y - q @ (q.T @ y)) ** 2)) for q in (mean, whole))
     ratio = max(without - beside, 0.0) / more / max(beside / left, 1e-300)

@@ -133,8 +133,7 @@ def _beyond(columns: FloatArray, mean: FloatArray) -> FloatArray:
     """Return the directions in which columns, shape (m, k), differ from those of a mean by more than `DIFFERS` of themselves, shape (m, j)."""
     norms = np.linalg.norm(columns, axis=0)
     own = columns[:, norms > 0.0] / norms[norms > 0.0]
-    known = independent_columns(mean)
-    u, size, _ = np.linalg.svd(own - known @ (known.T @ own), full_matrices=False)
+    u, size, _ = np.linalg.svd(Projector(mean)(own), full_matrices=False)
     return np.asarray(u[:, size > DIFFERS])
 
 
